@@ -41,6 +41,11 @@ _UNDECOMPOSED = str.maketrans(
 _MISTAKEN = str.maketrans({"№": "No.", "™": None, "º": "°", "˚": "°"})
 """Signs that Unicode would take for letters or nothing: No 5, RobTM, 20 oC."""
 
+CONTRACTED = {"can't": "cannot", "won't": "will not"}
+"""Contractions whose first word changes, and their full words."""
+CONTRACTED_ENDINGS = {"n't": "not", "'m": "am", "'re": "are", "'ll": "will", "'ve": "have"}
+"""Those of other contractions; not "'s", which "the rose's leaves" has, too."""
+
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
 
@@ -103,7 +108,10 @@ def _without_strange(text: str) -> str:
 
 def _tidy_words(text: str) -> str:
     """The words that can be spoken of a text, in lower case; nothing where leaving out the rest would maim a word."""
-    plain = plain_letters(text).lower().replace("'", "")
+    plain = plain_letters(text).lower()
+    for short, full in (CONTRACTED | CONTRACTED_ENDINGS).items():
+        plain = re.sub(rf"{short}\b", f" {full}", plain)
+    plain = plain.replace("'", "")
     return " ".join(re.findall(r"[a-z]+", plain))[:80] if plain.isascii() else ""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
+from hvcpd.config.names import CONTRACTED, CONTRACTED_ENDINGS
 from hvcpd.config.written import unsayable
 from hvcpd.errors import VocabularyError, alike
 from hvcpd.language.graph import WordGraph, ends_of
@@ -16,8 +17,7 @@ from hvcpd.language.pattern import Words
 from hvcpd.language.words import SAFETY_WORDS, number_words, spoken_words
 
 _WHOLE = {
-    "can't": ("cannot",),
-    "won't": ("will", "not"),
+    **{short: tuple(full.split()) for short, full in CONTRACTED.items()},
     "im": ("i", "am"),
     "whats": ("what", "is"),
     "whos": ("who", "is"),
@@ -28,15 +28,7 @@ _WHOLE = {
     "everyone": ("all",),
     "hey": ("hi",),
 }
-_ENDINGS = {
-    "n't": ("not",),
-    "'m": ("am",),
-    "'re": ("are",),
-    "'ll": ("will",),
-    "'ve": ("have",),
-    "'s": ("is",),
-    "'d": ("would",),
-}
+_ENDINGS = CONTRACTED_ENDINGS | {"'s": "is", "'d": "would"}
 """Contractions and their full words."""
 _SPELLINGS = (
     (re.compile(r"er(s?)$"), r"re\1"),
@@ -64,7 +56,7 @@ def variants(word: str) -> Iterator[Words]:
         yield _WHOLE[word]
         yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))
     if (found := _CLITIC.search(word)) and found[0] in _ENDINGS:
-        yield (word[: found.start()], *_ENDINGS[found[0]])
+        yield (word[: found.start()], _ENDINGS[found[0]])
     if half := _HALF.fullmatch(word):
         yield (*number_words(int(half[1])), "and", "a", "half") if int(half[1]) else ("half", "a")
     if not word.isalpha() and unsayable(word) is None:

@@ -298,7 +298,14 @@ def test_a_fault_of_an_action_names_the_action(tmp_path: Path, action: str, faul
 
 
 @pytest.mark.parametrize(
-    ("name", "proposal"), [("fetch the café book", "fetch the cafe book"), ("Müller Straße", "muller strasse")]
+    ("name", "proposal"),
+    [
+        ("fetch the café book", "fetch the cafe book"),
+        ("Müller Straße", "muller strasse"),
+        ("Don't touch the vase", "do not touch the vase"),
+        ("say what you can't do", "say what you cannot do"),
+        ("water the rose's leaves", "water the roses leaves"),
+    ],
 )
 def test_a_proposed_name_maims_no_word(tmp_path: Path, name: str, proposal: str) -> None:
     assert f"write for example {proposal!r}" in str(valid_task_name(name))

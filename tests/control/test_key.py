@@ -320,6 +320,7 @@ def test_a_key_is_restored_from_its_words(made: Path, tmp_path: Path, capsys: py
     [
         (lambda w: [*w[:3], "carburettor", *w[4:]], "word 4 is not a code word"),
         (lambda w: w[:-1], "23 words, not 24"),
+        (lambda w: w[:1], "1 word, not 24"),
         (lambda w: [w[1], w[0], *w[2:]], "do not fit together"),
     ],
 )

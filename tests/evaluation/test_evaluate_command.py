@@ -17,7 +17,7 @@ from hvcpd.synthesis.explain import PAPER_TABLE
 
 
 def test_the_papers_first_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["evaluate", "pronunciation", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert main(["evaluate", "pronunciation", "--jobs", "1", "--trials", "1", "--out", str(tmp_path)]) == 0
     with (tmp_path / "pronunciation.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["word"] for row in rows] == list(PAPER_TABLE)
@@ -25,6 +25,7 @@ def test_the_papers_first_table(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert (read["paper"], read["alone"], read["past"]) == ("r-eed", "reed", "rehd")
     page = (tmp_path / "report.html").read_text()
     assert "r-eed" in page
+    assert "Seed 1, 1 trial a step" in page
     assert "http" not in page.replace("http://www.w3.org", "")
     kept = [json.loads(line) for line in (tmp_path / "pronunciation.rows.jsonl").read_text().splitlines()]
     assert len(kept) == len(PAPER_TABLE)

@@ -110,7 +110,8 @@ def _look_at_processor(team: Team, machine: Machine) -> Finding:
     began_s = machine.cpu_s()
     heard = recogniser.push(stream)
     load = (machine.cpu_s() - began_s) / (len(stream) / SAMPLE_RATE_HZ)
-    text = f"decoding speech takes {load:.0%} of one core ({len(team.names)} names, {len(heard)} sentences)"
+    much = f"{plural(len(team.names), 'name')}, {plural(len(heard), 'sentence')}"
+    text = f"decoding speech takes {load:.0%} of one core ({much})"
     if load > MOST_LOAD:
         return wrong("processor", f"{text}: too slow; stop other programs, or set fewer `names`", load=round(load, 3))
     if load > HIGH_LOAD:
@@ -138,7 +139,8 @@ def look_at_service(machine: Machine) -> Finding:
     if values["LoadState"] != "loaded":
         what = values["LoadState"].replace("not-found", "not installed")
         return note("service", f"hvcpd.service is {what}; see docs/install.md")
-    state = f"{values.get('ActiveState')} ({values.get('SubState')}), {values.get('NRestarts', '0')} restarts"
+    restarts = values.get("NRestarts") or "0"
+    state = f"{values.get('ActiveState')} ({values.get('SubState')}), {restarts} restart{'s' * (restarts != '1')}"
     if "failed" in state or "auto-restart" in state:
         return wrong(
             "service",

@@ -315,5 +315,5 @@ def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
         sys.stdout.write(f"{options.person}: {words}, {takes}, kept in {path}\n")
     if report.missing:
         more = " …" if len(report.missing) > 8 else ""
-        sys.stdout.write(f"{len(report.missing)} words are missing: {', '.join(report.missing[:8])}{more}\n")
+        sys.stdout.write(f"{plural(len(report.missing), 'word')} missing: {', '.join(report.missing[:8])}{more}\n")
     sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words or report.sentences))

@@ -14,6 +14,7 @@ from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import EX_OK, KeyFileError, writing
 from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words
+from hvcpd.reporting.text import plural
 from hvcpd.security.keyring import (
     CREDENTIAL,
     DEFAULT_PATH,
@@ -70,7 +71,11 @@ def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
     number = number_of(words)
     if len(words) != RECOVERY_WORDS or number is None:
         wrong = next((place for place, word in enumerate(words, 1) if number_of((word,)) is None), None)
-        what = f"word {wrong} is not a code word" if wrong else f"these are {len(words)} words, not {RECOVERY_WORDS}"
+        what = (
+            f"word {wrong} is not a code word"
+            if wrong
+            else f"these are {plural(len(words), 'word')}, not {RECOVERY_WORDS}"
+        )
         raise KeyFileError(f"{what}; type them as on the recovery sheet")
     secret = secret_of(number)
     if secret is None:

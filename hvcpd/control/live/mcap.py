@@ -12,6 +12,7 @@ from hvcpd.config.files import write_whole
 from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
+from hvcpd.reporting.text import plural
 from hvcpd.reporting.transcript import in_words, objects, read_trails
 
 LAST_S = 2.0**64 / 1e9
@@ -25,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"{options.recording} has no events")
     with writing(options.output, ConfigError):
         write_whole(options.output, write_mcap(messages))
-    sys.stdout.write(f"{options.output}: {len(messages)} messages\n")
+    sys.stdout.write(f"{options.output}: {plural(len(messages), 'message')}\n")
     return EX_OK
 
 

@@ -19,6 +19,7 @@ from hvcpd import __version__
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.live.follow import watch
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, NotRunningError, how_to_install
+from hvcpd.reporting.text import plural
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
 """Fields of a status that change without an event; they alone are not a reason to send the status again."""
@@ -121,7 +122,7 @@ class Broker:
             return
         self._is_there = True
         if self._n_dropped:
-            sys.stderr.write(f"hvcpctl: MQTT: connected again; {self._n_dropped} messages were dropped\n")
+            sys.stderr.write(f"hvcpctl: MQTT: connected again, without {plural(self._n_dropped, 'message')}\n")
             self._n_dropped = 0
         self._client.subscribe(f"{self.topic}/command", AT_LEAST_ONCE)
         for topic, text in list(self._at_connect.items()):

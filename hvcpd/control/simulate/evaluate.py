@@ -15,6 +15,7 @@ from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
 from hvcpd.evaluation.trials import Findings, Scale
+from hvcpd.reporting.text import plural
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -99,7 +100,5 @@ def _jobs(options: argparse.Namespace) -> int:
 
 def _about(scale: Scale) -> str:
     size = "a quick look with few steps" if scale.quick else "all steps"
-    return (
-        f"Seed {scale.seed}, {scale.trials} trials a step ({scale.missions_each} of whole robots), {size}. Everything "
-        f"here is simulated: no robot, no air. {INTERVALS}"
-    )
+    trials = f"{plural(scale.trials, 'trial')} a step ({scale.missions_each} of whole robots)"
+    return f"Seed {scale.seed}, {trials}, {size}. Everything here is simulated: no robot, no air. {INTERVALS}"
