@@ -44,7 +44,7 @@ class Recurrence:
 
     def __post_init__(self) -> None:
         if self.shortest_s < LEAST_S:
-            raise ValueError(f"at most once in {LEAST_S / 60.0:g} min")
+            raise ValueError("too often")
 
     def last(self, wall_s: float) -> float | None:
         """The latest time at or before `wall_s` at which it was due; None if it never was."""

@@ -58,6 +58,7 @@ def test_what_is_no_rule_is_told_with_examples(text: str) -> None:
     told = valid_recurrence(text)
     assert told is not None
     assert "write for example `6 h`" in told
+    assert told.count("at most once in 10 min") == 1
 
 
 def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
