@@ -126,10 +126,9 @@ TRANSITIONS |= {
 TRANSITIONS |= {(state, T.IN_THE_WAY): (S.RETURNING, effects.make_room_and_ask) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {
     (state, trigger): (S.READING_BACK, ordering.want_read_back)
-    for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)
+    for state in (S.MEETING, S.ASKING, S.ASKED, S.READY, S.CLAIMING, S.READ_BACK, S.REPORTED)
     for trigger in (T.ORDER, T.MOTION)
 }
-TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, ordering.want_read_back) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, halting.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, halting.want_farewell) for state in State if state not in DEPARTING}
 

@@ -187,6 +187,14 @@ def test_a_robot_at_work_says_that_it_is_busy() -> None:
     assert mission.robots["Rob"].state in AT_WORK
 
 
+@pytest.mark.parametrize("state", [State.MEETING, State.ASKING, State.ASKED])
+def test_a_robot_that_only_asks_what_is_left_is_not_busy(state: State) -> None:
+    mission = _waiting("Rob")
+    mission.robots["Rob"].knowledge.state = state
+    said = _answers(mission, "Hi Rob, I am Anna, turn left", 6.0)
+    assert said == ["Hi Anna, I am Rob, I will turn left"]
+
+
 def test_one_robot_refuses_and_an_able_one_takes_over() -> None:
     mission = Mission(("Rob", "Max", "Bot"), plants(2), seed=3, coordinator="Bot")
     mission.robots["Rob"].knowledge.role = Role("Rob", "plant", volunteer=False, unable=frozenset({1, 2}))
