@@ -63,10 +63,12 @@ def test_a_hangup_that_is_ignored_stays_so(tmp_path: Path) -> None:
 def test_who_takes_a_request_to_end_takes_a_hangup_as_one() -> None:
     """The console's server showed a traceback of its libraries."""
     taken: list[int] = []
+    outside = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # ignored, where the tests run under nohup
     with ending_in_order():
         before = signal.signal(signal.SIGTERM, lambda number, _: taken.append(number))
         signal.raise_signal(signal.SIGHUP)
         signal.signal(signal.SIGTERM, before)
+    signal.signal(signal.SIGHUP, outside)
     assert taken == [signal.SIGTERM]
 
 
