@@ -234,8 +234,8 @@ def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]
 def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
     def hook(value: Any, type_: Any) -> Any:
         if type_ is str and not isinstance(value, str):
-            remedy = _remedy(check(str(value)) if not isinstance(value, bool) else None)
-            raise FaultError(f"expected text, found {describe(value)}; {remedy}")
+            wrong = check("?" if value is None else str(value)) if not isinstance(value, bool) else None
+            raise FaultError(_no_text(value, wrong.rpartition("; ")[2] if wrong is not None else "put it in quotes"))
         result = converter.structure(value, type_)
         text = check(result)
         if text is not None:
@@ -245,9 +245,11 @@ def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], An
     return hook
 
 
-def _remedy(wrong: str | None) -> str:
-    """What to do for a value that is no text, and of which, as a text, this would be wrong."""
-    return wrong.rpartition("; ")[2] if wrong is not None else "put it in quotes"
+def _no_text(value: object, remedy: str) -> str:
+    """What is wrong with a value that is no text; `remedy`: what its text needs."""
+    if value is None and remedy in ("put it in quotes", "choose another"):
+        remedy = "write one, or remove the line"
+    return f"expected text, found {describe(value)}; {remedy}"
 
 
 def _int(value: Any, _: Any) -> int:
@@ -289,8 +291,7 @@ def _bool(value: Any, _: Any) -> bool:
 
 def _str(value: Any, _: Any) -> str:
     if not isinstance(value, str):
-        remedy = "write one text" if isinstance(value, list | dict) else "put it in quotes"
-        raise FaultError(f"expected text, found {describe(value)}; {remedy}")
+        raise FaultError(_no_text(value, "write one text" if isinstance(value, list | dict) else "put it in quotes"))
     return value
 
 

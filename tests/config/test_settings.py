@@ -142,6 +142,8 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Rob\nwheels:\n  baud-rate: 57600\n", "F:3", "did you mean 'baud_rate'?"),
         ("name: Rob\naudio.input_device: x\n", "F:2", "it belongs into the group `audio`: `audio: {input_device: …}`"),
         ("name: Rob\ninput_device: x\n", "F:2", "it belongs into the group `audio`: `audio: {input_device: …}`"),
+        ("name:\n", "F:1", "expected text, found nothing; write one, or remove the line"),
+        ("name: Rob\nteam:\n", "F:2", "expected text, found nothing; write one, or remove the line"),
         ("name: Rob\nteam: no\n", "F:2", "expected text, found yes/no (false); put it in quotes"),
         ("name: 5\n", "F:1", "expected text, found the number 5"),
         ("name: yes\n", "F:1", "found yes/no (true)"),
