@@ -87,7 +87,7 @@ wheel: setup-dev  ## the wheel for pipx and the source archive, in dist/
 	$(VENV)/bin/python -m release.wheel
 
 image: deb  ## an OCI image of this computer's package, in dist/; rootless, needs mmdebstrap and buildah
-	sh release/image "$$(ls dist/hvcpd_*_$$(dpkg --print-architecture).deb | tail -n 1)" dist/hvcpd-oci.tar
+	sh release/image "$$(ls dist/hvcpd_*_$$(dpkg --print-architecture).deb | sort -V | tail -n 1)" dist/hvcpd-oci.tar
 
 test-package: setup-dev  ## the package in a Debian of its own with systemd; root only, needs mmdebstrap, systemd-container, pulseaudio
 	$(VENV)/bin/python -m pytest -m container -n 0 tests/release
