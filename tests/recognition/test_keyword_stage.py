@@ -97,9 +97,10 @@ class Scripted:
 
     def __init__(self) -> None:
         self.probability = 0.0
+        self.resets = 0
 
     def reset(self) -> None:
-        pass
+        self.resets += 1
 
     def posteriors(self, _energies: np.ndarray) -> Posteriors:
         return Posteriors(self.probability, self.probability)
@@ -314,3 +315,12 @@ def test_the_echo_of_its_own_sentence_holds_nobody_but_a_call_in_it_does(
     own, nobody = said(text, voice, -15.0), np.zeros(0, np.float32)
     assert not after_own(own, rt60_s, noise_db, nobody)
     assert after_own(own, rt60_s, noise_db, said("stop", "wren", -35.0))
+
+
+def test_a_word_is_heard_again_once() -> None:
+    """With noise the net was applied anew in every 40 ms for as long as the word was remembered."""
+    bench = Bench()
+    bench.live(*[0.0] * 50, 0.7, 0.7, *[0.0] * DOUBT_CHUNKS)
+    heard = bench.in_noise.resets
+    bench.live(*[0.0] * 50)
+    assert heard == bench.in_noise.resets == 1

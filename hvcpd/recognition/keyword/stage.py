@@ -211,8 +211,10 @@ class KeywordStage(Stage):
         """Apply the net again, with noise, to the last detection if it is still uncertain: all of it has been heard, or
         another one begins."""
         found, self._detection = self._detection, None
-        again = self._rescorer.with_noise(*self._span) if self._verifier.is_uncertain(self._span[0]) else None
-        if found is None or again is None:
+        if found is None or not self._verifier.is_uncertain(self._span[0]):
+            return []
+        again = self._rescorer.with_noise(*self._span)
+        if again is None:
             return []
         return self._verify(found, logistic((logit(found.call) + logit(again.call)) / 2.0), now, again=True)
 
