@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.language.pattern import Choice, Letters, Node, Pause, Series, Slot, SlotValues, Word
+from hvcpd.language.pattern import LETTERS_SLOT, Choice, Node, Pause, Series, Slot, SlotValues, Word
 from hvcpd.language.spelling import ANY_LETTERS, with_letters
 
 
@@ -38,7 +38,7 @@ class _Nfa:
                 for part in parts:
                     source = self.add(part, source, slots)
                 return source
-            case Letters():
+            case Slot(name) if name == LETTERS_SLOT:
                 return self._words((ANY_LETTERS,), source)
             case Slot(name):
                 ends = [self._words(words, source) for words in slots.get(name, {}).values()]

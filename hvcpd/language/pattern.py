@@ -18,7 +18,7 @@ Bindings = dict[str, object]
 COMMA = ","
 """The token of a pause in rendered words."""
 LETTERS_SLOT = "letters"
-"""`<letters>` in a pattern is any name, letter by letter."""
+"""`<letters>` in a pattern is any name, letter by letter: the slot whose values nobody can list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +53,7 @@ class Choice:
         return tuple(shared(parts_of(option).slots) for option in self.options)
 
 
-@dataclass(frozen=True, slots=True)
-class Letters:
-    """A name that is spelled; it binds `LETTERS_SLOT` to its letters."""
-
-
-Node = Word | Pause | Slot | Series | Choice | Letters
+Node = Word | Pause | Slot | Series | Choice
 
 SlotValues = Mapping[str, Mapping[object, Words]]
 """For each slot, its possible values and the words of each."""
@@ -101,8 +96,7 @@ def _parse_sequence(tokens: Sequence[str], i: int) -> tuple[Node, int]:
         elif token == COMMA:
             parts.append(Pause())
         elif token.startswith("<"):
-            name = token[1:-1]
-            parts.append(Letters() if name == LETTERS_SLOT else Slot(name))
+            parts.append(Slot(token[1:-1]))
         else:
             parts.append(Word(token))
     return Series(tuple(parts)), i
@@ -123,8 +117,8 @@ def parts_of(node: Node) -> Parts:
         case Word(text):
             word = frozenset({text})
             return Parts(words=word, needed_words=word)
-        case Slot() | Letters():
-            slot = frozenset({node.name if isinstance(node, Slot) else LETTERS_SLOT})
+        case Slot(name):
+            slot = frozenset({name})
             return Parts(slots=slot, needed_slots=slot)
         case Series(children):
             word = frozenset(child.text for child in children if isinstance(child, Word))  # most children are words
@@ -146,8 +140,8 @@ def parts_of(node: Node) -> Parts:
 def slot_sets(node: Node) -> frozenset[frozenset[str]]:
     """The slots that can be bound together: one set for each combination of optional parts that differs in them."""
     match node:
-        case Slot() | Letters():
-            return frozenset({parts_of(node).slots})
+        case Slot(name):
+            return frozenset({frozenset({name})})
         case Series(parts):
             found = frozenset({frozenset[str]()})
             for part in parts:
@@ -171,8 +165,6 @@ def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
             return [COMMA]
         case Slot(name):
             return list(values[name]) if name in values else None
-        case Letters():
-            return list(values[LETTERS_SLOT]) if LETTERS_SLOT in values else None
         case Series(parts):
             words: list[str] = []
             for part in parts:
@@ -208,14 +200,12 @@ def match(node: Node, words: Words, i: int, slots: SlotValues) -> list[tuple[int
             return [(i + 1, {})] if i < len(words) and words[i] == text else []
         case Pause():
             return [(i, {})]
+        case Slot(name) if name == LETTERS_SLOT:
+            spelled = ((end, letters_of(words[i:end])) for end in range(i + 1, len(words) + 1))
+            return [(end, {name: letters}) for end, letters in takewhile(lambda each: each[1] is not None, spelled)]
         case Slot(name):
             values = slots.get(name, {}).items()
             return [(i + len(said), {name: value}) for value, said in values if words[i : i + len(said)] == said]
-        case Letters():
-            spelled = ((end, letters_of(words[i:end])) for end in range(i + 1, len(words) + 1))
-            return [
-                (end, {LETTERS_SLOT: letters}) for end, letters in takewhile(lambda each: each[1] is not None, spelled)
-            ]
         case Series(parts):
             found: list[tuple[int, Bindings]] = [(i, {})]
             for part in parts:
