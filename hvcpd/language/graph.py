@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +71,7 @@ def lengths_of(graph: WordGraph) -> tuple[int, ...]:
 
 def graph_of(words: Sequence[str], pauses: frozenset[int] = frozenset()) -> WordGraph:
     """The network of one sentence; node n comes before its word n."""
-    arcs = tuple(Arc(n, n + 1, word) for n, word in enumerate(words))
-    return WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), pauses)
+    return replace(one_of([words]), pauses=pauses)
 
 
 def one_of(sentences: Iterable[Sequence[str]]) -> WordGraph:
@@ -124,21 +122,30 @@ def ends_of(graph: WordGraph, source: int, phrase: Sequence[str]) -> frozenset[i
 def shortest_with(graph: WordGraph, phrase: Sequence[str]) -> tuple[str, ...] | None:
     """The shortest of the sentences in which these words stand in a row, or None."""
     found = (
-        (*before, *phrase, *after)
-        for before, node in _ways_from(graph, graph.start)
+        (*(word for _, word in before), *phrase, *(word for _, word in after))
+        for before, node in ways_from(graph, graph.start)
         for end in ends_of(graph, node, phrase)
-        for after, _ in islice((way for way in _ways_from(graph, end) if way[1] in graph.finals), 1)
+        if (after := way_to_end(graph, end)) is not None
     )
     return min(found, key=len, default=None)
 
 
-def _ways_from(graph: WordGraph, start: int) -> Iterator[tuple[tuple[str, ...], int]]:
-    """The words to each node that can be reached, and the node, nearest first."""
-    ways: list[tuple[tuple[str, ...], int]] = [((), start)]
+Way = tuple[tuple[int, str], ...]
+"""Words with the node before each."""
+
+
+def ways_from(graph: WordGraph, start: int) -> Iterator[tuple[Way, int]]:
+    """The shortest way to each node that can be reached, and the node, nearest first."""
+    ways: list[tuple[Way, int]] = [((), start)]
     seen = {start}
-    for words, node in ways:
-        yield words, node
+    for way, node in ways:
+        yield way, node
         for word, target in graph.following[node]:
             if target not in seen:
                 seen.add(target)
-                ways.append(((*words, word), target))
+                ways.append(((*way, (node, word)), target))
+
+
+def way_to_end(graph: WordGraph, node: int) -> Way | None:
+    """The shortest way from a node to the end of a sentence; None where no sentence can end."""
+    return next((way for way, end in ways_from(graph, node) if end in graph.finals), None)

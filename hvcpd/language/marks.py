@@ -101,7 +101,7 @@ def split_mark(words: Sequence[str]) -> tuple[tuple[str, ...], m.Mark | None]:
 
 
 def without_mark(utterance: m.Utterance) -> m.Utterance:
-    """The statements that are sealed."""
+    """The same, without its proof."""
     return replace(utterance, mark=None)
 
 

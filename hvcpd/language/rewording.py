@@ -6,28 +6,24 @@ The other words are near in meaning, or the same word with one more before it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from hvcpd.language.graph import WordGraph
+from hvcpd.language.graph import Way, WordGraph, way_to_end, ways_from
 from hvcpd.language.pattern import Words
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import WORD_OF
 
-_Path = tuple[tuple[int, str], ...]
-"""Words with the node before each."""
-
 
 def example_sentences(book: Phrasebook, first: Words, second: Words) -> tuple[str, str]:
     """The shortest two written sentences that are the same but for the two phrases; these alone if there are none."""
-    graph = book.heard_graph
-    following: dict[int, list[tuple[str, int]]] = {}
-    for arc in sorted(graph.arcs, key=lambda arc: (len(arc.word), arc.word)):  # "hi" before "hello"
-        following.setdefault(arc.source, []).append((arc.word, arc.target))
-    for before, node in _shortest(following, graph.start):
-        ends = [dict(_along(following, node, phrase)) for phrase in (first, second)]
+    arcs = sorted(book.heard_graph.arcs, key=lambda arc: (len(arc.word), arc.word))  # "hi" before "hello"
+    graph = replace(book.heard_graph, arcs=tuple(arcs))
+    for before, node in ways_from(graph, graph.start):
+        ends = [_along(graph, node, phrase) for phrase in (first, second)]
         common = [end for end in ends[0] if end in ends[1]]
-        tails = [(tail, end) for end in common if (tail := _to_end(following, graph, end)) is not None]
+        tails = [(tail, end) for end in common if (tail := way_to_end(graph, end)) is not None]
         if tails:
             tail, end = min(tails, key=lambda each: len(each[0]))
             sides = [each[end] for each in ends]
@@ -41,33 +37,20 @@ def example_sentences(book: Phrasebook, first: Words, second: Words) -> tuple[st
     return " ".join(first), " ".join(second)
 
 
-def _shortest(following: dict[int, list[tuple[str, int]]], start: int) -> Iterator[tuple[_Path, int]]:
-    """Every node with the shortest way to it, nearest first."""
-    ways: list[tuple[_Path, int]] = [((), start)]
-    seen = {start}
-    for way, node in ways:
-        yield way, node
-        for word, target in following.get(node, ()):
-            if target not in seen:
-                seen.add(target)
-                ways.append(((*way, (node, word)), target))
+def _along(graph: WordGraph, start: int, words: Words) -> dict[int, Way]:
+    """The nodes that the words lead to from the node `start`, each with the way to it."""
+    ways: dict[int, Way] = {start: ()}
+    for word in words:
+        ways = {
+            target: (*way, (node, word))
+            for node, way in ways.items()
+            for said, target in graph.following[node]
+            if said == word
+        }
+    return ways
 
 
-def _along(following: dict[int, list[tuple[str, int]]], node: int, words: Words) -> Iterator[tuple[int, _Path]]:
-    """Where the words lead to from a node, and the way."""
-    if not words:
-        yield node, ()
-        return
-    for word, target in following.get(node, ()):
-        if word == words[0]:
-            yield from ((end, ((node, word), *rest)) for end, rest in _along(following, target, words[1:]))
-
-
-def _to_end(following: dict[int, list[tuple[str, int]]], graph: WordGraph, node: int) -> _Path | None:
-    return next((way for way, end in _shortest(following, node) if end in graph.finals), None)
-
-
-def _written(book: Phrasebook, graph: WordGraph, way: _Path) -> str:
+def _written(book: Phrasebook, graph: WordGraph, way: Way) -> str:
     """As a person writes it, with commas where a speaker pauses."""
     names = {name.lower(): name for name in book.vocabulary.names} | {"i": "I"}
     text = "".join((", " if node in graph.pauses else " ") + names.get(word, word) for node, word in way)

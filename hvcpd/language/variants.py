@@ -78,19 +78,11 @@ def as_spoken(graph: WordGraph, words: Words) -> Words:
 
     From the first word without such a variant on, the rest stays as it is.
     """
-    following = tuple(map(dict, graph.following))
-
-    def after(node: int | None, spoken: Words) -> int | None:
-        for word in spoken:
-            node = following[node].get(word) if node is not None else None
-        return node
-
     node, read = graph.start, list[str]()
     for place, word in enumerate(words):
         for choice in ((word,), *variants(word)):
-            target = after(node, choice)
-            if target is not None:
-                node, read = target, [*read, *choice]
+            if ends := ends_of(graph, node, choice):
+                (node,), read = ends, [*read, *choice]
                 break
         else:
             return (*read, *words[place:])
