@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.language import messages as m
+from hvcpd.language.clashes import NUMBER_SLOTS
 from hvcpd.language.forms import (
     AND_ALSO,
     AND_THEN,
@@ -23,24 +25,8 @@ from hvcpd.language.marks import CIPHER_CALL, SEAL_WORDS, mark_words
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import BITS, CODE_WORDS, WORD_OF
 
-_PLACEHOLDERS = {
-    "<addressee>": "WHO",
-    "<speaker>": "NAME",
-    "<team>": "TEAM",
-    "<number>": "NUMBER",
-    "<task>": "TASK",
-    "<place>": "PLACE",
-    "<remark>": "REMARK",
-    "<reason>": "REASON",
-    "<next>": "NUMBER",
-    "<first>": "NUMBER",
-    "<second>": "NUMBER",
-    "<third>": "NUMBER",
-    "<metres>": "DISTANCE",
-    "<other>": "NAME",
-    "<letters>": "LETTERS",
-    "<volts>": "VOLTS",
-}
+_PLACEHOLDERS = {"addressee": "WHO", "speaker": "NAME", "metres": "DISTANCE"} | dict.fromkeys(NUMBER_SLOTS, "NUMBER")
+"""Of slots that have another word on the card than their own in capitals."""
 
 
 class Topic(Enum):
@@ -195,8 +181,7 @@ def _is_call(form: Form) -> bool:
 
 
 def _written(pattern: str) -> str:
-    for slot, placeholder in _PLACEHOLDERS.items():
-        pattern = pattern.replace(slot, placeholder)
+    pattern = re.sub("<([a-z]+)>", lambda slot: _PLACEHOLDERS.get(slot[1], slot[1].upper()), pattern)
     pattern = pattern.replace(" [, ", "[, ").replace(" i ", " I ").replace("(hi|hello)", "hi")
     return "I " + pattern[2:] if pattern.startswith("i ") else pattern
 

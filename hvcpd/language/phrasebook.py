@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, groupby
 from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError
@@ -290,13 +290,7 @@ def _with_friend(slots: SlotValues) -> SlotValues:
 
 def _parts(tokens: Sequence[str]) -> tuple[Words, ...]:
     """The words between the pauses."""
-    parts: list[list[str]] = [[]]
-    for token in tokens:
-        if token == COMMA:
-            parts.append([])
-        else:
-            parts[-1].append(token)
-    return tuple(tuple(part) for part in parts if part)
+    return tuple(tuple(part) for is_pause, part in groupby(tokens, COMMA.__eq__) if not is_pause)
 
 
 def _words_of(slots: SlotValues, slot: str, value: object) -> Words | None:
