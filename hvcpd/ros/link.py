@@ -31,7 +31,7 @@ class DaemonLink:
                 self._socket.connect(address)
         except OSError as error:
             self._socket.close()
-            raise self._ended(error) from None
+            raise no_answer(self.path, error) from None
 
     def fileno(self) -> int:
         """For `select`."""
@@ -43,14 +43,14 @@ class DaemonLink:
         try:
             self._socket.sendall(line.encode())
         except OSError as error:
-            raise self._ended(error) from None
+            raise no_answer(self.path, error) from None
 
     def lines(self) -> list[dict[str, Any]]:
         """The lines received since the last call; waits for nothing that `select` did not announce."""
         try:
             chunk = self._socket.recv(CHUNK)
         except OSError as error:
-            raise self._ended(error) from None
+            raise no_answer(self.path, error) from None
         if not chunk:
             raise NotRunningError(f"the daemon at {self.path} has ended")
         *whole, self._unread = (self._unread + chunk).split(b"\n")
@@ -63,6 +63,3 @@ class DaemonLink:
     def close(self) -> None:
         """Let go of the connection."""
         self._socket.close()
-
-    def _ended(self, error: OSError) -> NotRunningError:
-        return no_answer(self.path, error)

@@ -9,7 +9,7 @@ definitions for ROS are in `release/ros/hvcpd_msgs`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 Int32 = Annotated[int, "int32"]
@@ -209,7 +209,7 @@ class DiagnosticStatus:
     name: str = ""
     message: str = ""
     hardware_id: str = ""
-    values: tuple[KeyValue, ...] = field(default=())
+    values: tuple[KeyValue, ...] = ()
 
 
 @dataclass(frozen=True)

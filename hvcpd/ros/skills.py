@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-SILENT_S = 0.35
-"""Silence after which a daemon with a call under way is taken to hang, and its goal is withdrawn; as
-BEATS_MISSED_S of `hvcpd.skills.host`."""
+from hvcpd.skills.host import BEATS_MISSED_S
+from hvcpd.skills.runners import filled_in, written
+
 TOLD_EVERY_S = 0.5
 """Between two words to the daemon of how far a goal is; feedback may come a hundred times a second."""
 MAX_LENGTH = 200
@@ -100,7 +100,7 @@ class Skills:
 
     def tick(self, now_s: float) -> list[Effect]:
         """Time passes."""
-        if now_s - self._heard_s <= SILENT_S:
+        if now_s - self._heard_s <= BEATS_MISSED_S:
             return []
         return self.leave()
 
@@ -110,7 +110,7 @@ class Skills:
         if call is None or call.goal != number or now_s - self._told_s < TOLD_EVERY_S:
             return []
         self._told_s = now_s
-        text = ", ".join(f"{name} {_plain(value)}" for name, value in list(values.items())[:MAX_TOLD])
+        text = ", ".join(f"{name} {written(value)}" for name, value in list(values.items())[:MAX_TOLD])
         return [Tell("progress", {"call": call.call, "text": text[:MAX_LENGTH]})]
 
     def ended(self, number: int, reason: str | None, values: Mapping[str, Any]) -> list[Effect]:
@@ -145,9 +145,7 @@ def filled(value: Any, arguments: Mapping[str, Any]) -> Any:
         return value
     if value[:1] == "{" and value[-1:] == "}" and value[1:-1] in arguments:
         return arguments[value[1:-1]]
-    for name, argument in arguments.items():
-        value = value.replace(f"{{{name}}}", _plain(argument))
-    return value
+    return filled_in(value, arguments)
 
 
 def fill_message(message: Any, fields: Mapping[str, Any]) -> None:
@@ -182,7 +180,3 @@ def values_of(message: Any, prefix: str = "") -> dict[str, float | str]:
         elif hasattr(value, "__slots__"):
             found |= values_of(value, f"{prefix}{name}.")
     return found
-
-
-def _plain(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.10g}"

@@ -63,6 +63,8 @@ class GuardLine:
         """`pins`: each pin that may be on, and whether it is on when it is high."""
         words = (sys.executable, "-m", "hvcpd.skills.guard")
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True, bufsize=0)
+        assert self._process.stdin is not None
+        self._pipe = self._process.stdin
         joints_line = {"line": asdict(line)} if line is not None else {}
         self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()], **joints_line})
 
@@ -78,11 +80,10 @@ class GuardLine:
 
     async def beat(self) -> None:
         """Report for ever that the event loop runs; from the first beat on it must not stop before `close`."""
-        assert self._process.stdin is not None
-        os.set_blocking(self._process.stdin.fileno(), False)
+        os.set_blocking(self._pipe.fileno(), False)
         while True:
             with suppress(OSError):
-                self._process.stdin.write(b"\n")
+                self._pipe.write(b"\n")
             await asyncio.sleep(BEAT_S)
 
     def arm(self, group: int | None, safe: tuple[str, ...] = ()) -> None:
@@ -97,14 +98,12 @@ class GuardLine:
         """Everything is safe: end the guard."""
         self._tell({"bye": True})
         with suppress(OSError):
-            if self._process.stdin is not None:
-                self._process.stdin.close()
+            self._pipe.close()
         self._process.wait(timeout=5.0)
 
     def _tell(self, value: Mapping[str, Any]) -> None:
         with suppress(OSError):
-            if self._process.stdin is not None:
-                self._process.stdin.write(json.dumps(value).encode() + b"\n")
+            self._pipe.write(json.dumps(value).encode() + b"\n")
 
 
 def watch(pipe: int) -> None:

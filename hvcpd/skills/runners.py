@@ -83,7 +83,12 @@ def filled(words: tuple[str, ...], arguments: Mapping[str, Value]) -> tuple[str,
     """A program's words with the arguments in their places. Raises FailedError for one that is not there."""
     for name in sorted(places(words) - arguments.keys()):
         raise FailedError(f"it is not told `{name}`")
-    return tuple(_PLACE.sub(lambda found: _written(arguments[found[1]]), word) for word in words)
+    return tuple(filled_in(word, arguments) for word in words)
+
+
+def filled_in(text: str, arguments: Mapping[str, Value]) -> str:
+    """A text with the arguments in their places; a place without one stays as it is."""
+    return _PLACE.sub(lambda found: written(arguments[found[1]]) if found[1] in arguments else found[0], text)
 
 
 def places(words: tuple[str, ...]) -> frozenset[str]:
@@ -112,7 +117,8 @@ def _as_value(found: object) -> Value:
     return as_text(found)
 
 
-def _written(value: Value) -> str:
+def written(value: Value) -> str:
+    """A number as short as it can be, of ten digits at most; a text as it is."""
     return value if isinstance(value, str) else f"{value:.10g}"
 
 

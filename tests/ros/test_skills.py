@@ -26,14 +26,14 @@ from hil_fakes.sound_server import wait_until
 from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import ConfigError
 from hvcpd.ros.action_rclpy import RclpyAction, Server
-from hvcpd.ros.action_topics import SILENT_S as SERVER_SILENT_S
-from hvcpd.ros.action_topics import Link, TopicAction
+from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import base_of
 from hvcpd.ros.convert import ros_class
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.port import Listener
-from hvcpd.ros.skills import SILENT_S, Act, Leave, RosAction, Skills, fill_message, filled, values_of
+from hvcpd.ros.skills import Act, Leave, RosAction, Skills, fill_message, filled, values_of
+from hvcpd.skills.host import BEATS_MISSED_S
 from tests.e2e import ros_robot
 from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_ros1 import dialect, through_bytes
@@ -103,9 +103,9 @@ def test_a_cancel_a_stop_of_ros_and_a_daemon_that_hangs_or_ends_withdraw_the_goa
 
     def hangs(made: Bridge) -> None:
         made.from_daemon({"event": "beat"}, 1.1, 1.1)
-        made.tick(1.09 + SILENT_S, 1.4)
+        made.tick(1.09 + BEATS_MISSED_S, 1.4)
         assert deeds(made) == []
-        made.tick(1.11 + SILENT_S, 1.5)
+        made.tick(1.11 + BEATS_MISSED_S, 1.5)
 
     def ends(made: Bridge) -> None:
         made.lost(1.1)
@@ -140,6 +140,7 @@ def test_a_message_is_filled_by_its_fields_types_and_faults_are_told() -> None:
     with pytest.raises(ValueError, match="'count' cannot be 'x'"):
         fill_message(message, {"command": {"count": "x"}})
     assert filled(["{a}", "{a} m", 3], {"a": 0.5}) == [0.5, "0.5 m", 3]
+    assert filled("{a} {b} {c}", {"a": "{b}", "b": "x"}) == "{b} x {c}"  # an argument is no place for another
     assert values_of(Values(a=1, b="x", c=[1], d=float("nan"))) == {"a": 1.0, "b": "x"}
     assert values_of(Values(a=True, b="x" * 9000)) == {"a": 1.0, "b": "x" * 200}  # the daemon hung up on the bridge
 
@@ -212,7 +213,7 @@ def test_a_goal_of_ros_1_goes_over_the_topics_and_back(fails: str, end: int) -> 
     client.cancel(5)
     assert server.ends == [end, PREEMPTED]
     client.ask(6, lambda _: None, 2.0, 9.0)
-    client.tick(2.1 + SERVER_SILENT_S)
+    client.tick(2.1 + SILENT_S)
     assert told[-1] == (6, "no action server answers at go; is the arm running?")
 
 
