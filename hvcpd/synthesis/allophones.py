@@ -21,26 +21,26 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
     phone = PHONES[base]
     before = phones[number - 1].rstrip("012") if number else ""
     after = phones[number + 1] if number + 1 < len(phones) else ""
+    follower = PHONES[after.rstrip("012")] if after else None
     if base == "AO" and after == "R":
         return AO_BEFORE_R
     if base in ("T", "D") and is_flapped(phones, number):
         return FLAP
     if phone.kind is Kind.STOP:
-        if before == "S" and not phone.voiced and after:
-            phone = replace(phone, aspiration_s=0.012)
-        elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
-            phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
-        elif not after:
+        if follower is None:
             phone = _final_stop(phone)
-        elif not phone.voiced and PHONES[after.rstrip("012")].kind in (Kind.VOWEL, Kind.GLIDE):
+        elif before == "S" and not phone.voiced:
+            phone = replace(phone, aspiration_s=0.012)
+        elif follower.kind is Kind.VOWEL and not stress_of(after):
+            phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
+        elif not phone.voiced and follower.kind in (Kind.VOWEL, Kind.GLIDE):
             phone = _strong_stop(phone, base)
-        elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
+        elif follower.kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
             phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 4.0)
     if base in ("K", "G", "NG"):
         phone = _velar(phone, _beside(phones, number))
-    if base == "HH" and after:
-        vowel = PHONES[after.rstrip("012")]
-        phone = replace(phone, target_hz=vowel.target_hz, follow=vowel.follow)
+    if base == "HH" and follower is not None:
+        phone = replace(phone, target_hz=follower.target_hz, follow=follower.follow)
     return phone
 
 
@@ -101,7 +101,7 @@ def _beside(phones: Sequence[str], number: int) -> str:
 
 def _velar(phone: Phone, neighbour: str) -> Phone:
     """Velars close farther forward beside front vowels; the burst is the front cavity's resonance."""
-    vowel = PHONES["AX" if neighbour == "AX" else neighbour.rstrip("012")]
+    vowel = PHONES[neighbour.rstrip("012")]
     f2, f3 = vowel.target_hz[1], vowel.target_hz[2]
     locus = min(2300.0, max(1150.0, 1.2 * f2 + 50.0))
     burst = locus if f2 < 1500.0 else 0.5 * (locus + f3)

@@ -10,7 +10,7 @@ between samples exactly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -29,6 +29,8 @@ SILENCE_DB = -60.0
 """Sources weaker than this, dB below a vowel, are left out."""
 VOICE_GAIN = 0.42
 """Scale that brings an open vowel near 0.1 rms, the level to which the noise levels of `phones` refer."""
+NASAL_WIDTH_HZ = 100.0
+"""Bandwidth of the nasal pole and of the nasal zero (Klatt 1980)."""
 SMOOTH_S = 0.02
 """Time over which corners of formant tracks are rounded."""
 
@@ -91,9 +93,8 @@ class Controls:
     nasal_zero_hz: Track
     nasal_pole_hz: float
     voiced_hz: Track
-    nasal_width_hz: float = 100.0
     fixed: tuple[tuple[float, float], ...] = ()
-    frications: tuple[Frication, ...] = field(default=())
+    frications: tuple[Frication, ...] = ()
     open_quotient: float = 0.6
     noise_seed: int = 1980
 
@@ -129,7 +130,7 @@ def tract_response(controls: Controls, times_s: Array) -> ComplexArray:
     nasal = np.abs(zero_hz - controls.nasal_pole_hz) > 1.0
     response = np.empty((count, len(_Z1)), dtype=np.complex128)
     if nasal.any():
-        widths = np.full(count, controls.nasal_width_hz)
+        widths = np.full(count, NASAL_WIDTH_HZ)
         a, b, c = _coefficients(np.full(count, controls.nasal_pole_hz), widths)
         poles, gain = _times_quadratic(poles, b * nasal, c * nasal), np.where(nasal, gain * a, gain)
         a, b, c = _coefficients(zero_hz, widths)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import islice, product
+from itertools import chain, islice, product
 from pathlib import Path
 
 from hvcpd.config.names import Accent, NameCheck
@@ -104,8 +104,5 @@ MAX_VARIANTS = 8
 
 
 def _spoken(phrase: str, lexicon: Lexicon) -> list[tuple[str, ...]]:
-    variants: list[tuple[str, ...]] = [()]
-    for word in phrase.split():
-        known = lexicon.pronunciations(word)
-        variants = [before + phones for before in variants for phones in known][:MAX_VARIANTS]
-    return variants
+    variants = product(*map(lexicon.pronunciations, phrase.split()))
+    return [tuple(chain.from_iterable(said)) for said in islice(variants, MAX_VARIANTS)]

@@ -12,7 +12,7 @@ from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.placement import LEAD_S
-from hvcpd.synthesis.speaker import OVERLAP_S, Speaker, UnitPosition
+from hvcpd.synthesis.speaker import OVERLAP_S, Speaker, UnitPosition, inner
 from hvcpd.synthesis.voices import VOICES, Voice
 
 
@@ -60,10 +60,8 @@ class RecordedSpeaker(Speaker):
         `Speaker.templates`."""
         if not self._strict and self.missing([word]):
             return super().templates(word, ends)
-        edge = round(LEAD_S * SAMPLE_RATE_HZ)
         unit = self.unit(word, UnitPosition.FINAL)
-        takes = {UnitPosition.MEDIAL: unit[edge : len(unit) - edge], UnitPosition.FINAL: unit[edge:]}
-        return [take for position, take in takes.items() if position in ends]
+        return [inner(unit, position) for position in UnitPosition if position in ends]
 
 
 def prepared(sound: Samples) -> Samples:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
-from itertools import cycle
+from itertools import accumulate, cycle
 
 import numpy as np
 
@@ -117,24 +117,16 @@ class Speaker:
     def templates(self, word: str, ends: Collection[UnitPosition] = tuple(UnitPosition)) -> list[Samples]:
         """Return the renderings of a word that `render` uses, at the voice's own pitch: shape (n,) each.
 
-        There is one for every pronunciation that a phrase may ask for and each of `ends`, without the outer half of
-        each joint: there a sentence has the neighbouring word's sound too.
+        There is one for every pronunciation that a phrase may ask for and each of `ends`, as `inner` leaves it.
         """
-        edge = round(LEAD_S * SAMPLE_RATE_HZ)
-        found = []
-        for phones, position in self._spoken(word):
-            if position not in ends:
-                continue
-            unit = self._said(phones, position, 1.0)
-            found.append(unit[edge:] if position is UnitPosition.FINAL else unit[edge : len(unit) - edge])
-        return found
+        spoken = [(phones, position) for phones, position in self._spoken(word) if position in ends]
+        return [inner(self._said(phones, position, 1.0), position) for phones, position in spoken]
 
     def joined(self, word: str, pitch: float, phrases: Sequence[Sequence[str]] = ()) -> list[Joined]:
         """Return all renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation and of the `phrases`
         that count as it; not kept in memory."""
-        finals = [position is UnitPosition.FINAL for position in UnitPosition]
         sounds = self.sounds(word, pitch) + [sound for phrase in phrases for sound in self.phrase_sounds(phrase, pitch)]
-        return [joined(unit, final) for unit, final in zip(sounds, cycle(finals), strict=False)]
+        return [joined(unit, end is UnitPosition.FINAL) for unit, end in zip(sounds, cycle(UnitPosition), strict=False)]
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
         """Return the waveforms of `joined` alone, shape (n,) each, float32."""
@@ -143,9 +135,7 @@ class Speaker:
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
         """Return the templates of several words said as one, before another word and before a pause: shape (n,) each,
         as `templates`."""
-        edge = round(LEAD_S * SAMPLE_RATE_HZ)
-        medial, final = self.phrase_sounds(words)
-        return [medial[edge : len(medial) - edge], final[edge:]]
+        return [inner(unit, end) for unit, end in zip(self.phrase_sounds(words), UnitPosition, strict=True)]
 
     def phrase_sounds(self, words: Sequence[str], pitch: float = 1.0) -> list[Samples]:
         """Return the waveforms of several words said as one, before another word and before a pause, shape (n,) each,
@@ -155,12 +145,8 @@ class Speaker:
         for end in UnitPosition:
             units = [self.unit(word, UnitPosition.MEDIAL, pitch) for word in words[:-1]]
             units = [unit for unit in (*units, self.unit(words[-1], end, pitch)) if len(unit)]
-            out = np.zeros(sum(map(len, units)) - overlap * (len(units) - 1), dtype=np.float32)
-            at = 0
-            for unit in units:
-                out[at : at + len(unit)] += unit
-                at += len(unit) - overlap
-            found.append(out)
+            starts = accumulate((len(unit) - overlap for unit in units), initial=0)
+            found.append(_overlaid(list(zip(starts, units, strict=False))))
         return found
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
@@ -188,10 +174,7 @@ class Speaker:
             after_pause = final
             pieces.append((word, cursor, unit))
             cursor += piece.advance
-        length = max((start + len(unit) for _, start, unit in pieces), default=0)
-        out = np.zeros(length, dtype=np.float32)
-        for _, start, unit in pieces:
-            out[start : start + len(unit)] += unit
+        out = _overlaid([(start, unit) for _, start, unit in pieces])
         out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
         return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))
 
@@ -218,6 +201,21 @@ def _make(
     unit = fresh() if cache is None else cache.get(_content(voice, phones, position, pitch), fresh)
     unit.flags.writeable = False
     return unit
+
+
+def _overlaid(pieces: Sequence[tuple[int, Samples]]) -> Samples:
+    """The sum of units, shape (n,) each, from their samples `start` on; empty without any."""
+    out = np.zeros(max((start + len(unit) for start, unit in pieces), default=0), dtype=np.float32)
+    for start, unit in pieces:
+        out[start : start + len(unit)] += unit
+    return out
+
+
+def inner(unit: Samples, position: UnitPosition) -> Samples:
+    """Return a unit, shape (n,), without the outer half of each joint: there a sentence has the neighbouring word's
+    sound too."""
+    edge = round(LEAD_S * SAMPLE_RATE_HZ)
+    return unit[edge:] if position is UnitPosition.FINAL else unit[edge : len(unit) - edge]
 
 
 def joined(unit: Samples, final: bool) -> Joined:
