@@ -21,8 +21,7 @@ def frame_table(controls: Controls) -> tuple[tuple[str, ...], NDArray[np.float64
     frication = np.full(len(times), -99.0)
     for event in controls.frications:
         inside = (times >= event.times_s[0]) & (times <= event.times_s[-1])
-        level = np.interp(times[inside], event.times_s, event.levels_db)
-        frication[inside] = np.maximum(frication[inside], level)
+        frication[inside] = np.maximum(frication[inside], event.at(times[inside]))
     columns = {
         "t": times,
         "F0": controls.f0_hz.at(times),

@@ -48,15 +48,6 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Frication:
-    """A stretch of noise made at a constriction: breakpoints of its level (s, dB re vowel) and its spectrum."""
-
-    times_s: tuple[float, ...]
-    levels_db: tuple[float, ...]
-    bands: tuple[Band, ...]
-
-
-@dataclass(frozen=True)
 class Track:
     """A control parameter over time as breakpoints, linear in between, constant outside."""
 
@@ -71,6 +62,13 @@ class Track:
         """The parameter with rounded corners, as tongue and lips move: the mean over `SMOOTH_S`; same shape."""
         steps = np.linspace(-0.5, 0.5, 5)[:, None] * SMOOTH_S
         return np.asarray(self.at(times_s + steps).mean(axis=0))
+
+
+@dataclass(frozen=True)
+class Frication(Track):
+    """A stretch of noise made at a constriction: its level, dB relative to a vowel, and its spectrum."""
+
+    bands: tuple[Band, ...]
 
 
 @dataclass(frozen=True)
@@ -324,7 +322,7 @@ def _frication(event: Frication, out: Array, rng: np.random.Generator) -> None:
     response = parallel_response(event.bands, z1)
     response *= 0.1 / np.sqrt(np.mean(np.abs(response) ** 2))
     seconds = (first + np.arange(count)) / SAMPLE_RATE_HZ
-    level = 10.0 ** (np.interp(seconds, event.times_s, event.levels_db) / 20.0)
+    level = 10.0 ** (event.at(seconds) / 20.0)
     noise = np.fft.irfft(np.fft.rfft(rng.standard_normal(count) * level, size) * response, size)
     _overlap_add(out, noise[None, : count + RING_SAMPLES // 2], np.array([first]))
 
