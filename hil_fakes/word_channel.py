@@ -119,16 +119,13 @@ class WordChannel:
 
     def refresh(self, names: Iterable[str] | None = None) -> None:
         """Talkers came, went, or were touched from outside: collect their actions, and note when they are due."""
-        for name in tuple(self.talkers) if names is None else names:
+        if names is None:
+            self._due.clear()
+        names = list(self.talkers if names is None else names)
+        for name in names:
             if name in self.talkers:
                 self.touched(name)
-        if names is None:
-            self._due = {name: talker.next_deadline() for name, talker in self.talkers.items()}
-        else:
-            for name in names:
-                talker = self.talkers.get(name)
-                if talker is not None:
-                    self._due[name] = talker.next_deadline()
+        self._due |= {name: self.talkers[name].next_deadline() for name in names if name in self.talkers}
 
     def say(
         self, speaker: str, utterance: Utterance, stretch: float = 1.0, times: int = 1, pause_s: float = 0.0

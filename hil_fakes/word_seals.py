@@ -33,7 +33,7 @@ class WordSeals:
         self.verdicts: Counter[Trust] = Counter()
         self._on: dict[str, Sealing] = {}
         self.counters: dict[str, dict[str, int]] = {}
-        """The saved state of each robot."""
+        """The counters that each robot has saved, by whose they are."""
 
     def switch_on(self, name: str, roster: Iterable[str] = ()) -> None:
         """A robot begins with its saved counters; the robots of the `roster` have the key."""
@@ -41,13 +41,13 @@ class WordSeals:
         self._on[name] = Sealing(guard, self.encrypts, roster)
 
     def marked(self, name: str, utterance: m.Utterance, now: float) -> m.Utterance:
-        """The robot's reply."""
+        """The sentence as the robot says it: with its seal, or encrypted."""
         said = self._on[name].marked(utterance, self.book, now)
         self._save(name)
         return said
 
     def judge(self, name: str, utterance: m.Utterance, now: float) -> tuple[m.Utterance, Trust]:
-        """The robot's verdict."""
+        """The sentence as the robot understands it, and how far it trusts that."""
         opened, verdict = self._on[name].judge(utterance, self.book, now)
         self._save(name)
         if utterance.mark is not None:

@@ -91,7 +91,7 @@ class FakeOpenCR(ItemTable):
 
     def __init__(self, wheels: Sequence[FakeMotor] | None = None, *, debug_mode: bool = False) -> None:
         super().__init__(BY_NAME, TABLE_SIZE)
-        self.left, self.right = wheels or turtlebot3_pair()
+        self.wheels = self.left, self.right = wheels or turtlebot3_pair()
         self.powered = True
         """False: it is silent, and its motors are without power."""
         self._debug_at_boot = debug_mode
@@ -113,12 +113,12 @@ class FakeOpenCR(ItemTable):
 
     def seed(self, seed: int) -> None:
         """Restart the motors' random generators (encoder noise)."""
-        for motor in (self.left, self.right):
+        for motor in self.wheels:
             motor.seed(seed)
 
     def reboot(self) -> None:
         """Reset button or brown-out: the motors lose their power for a moment too."""
-        for motor in (self.left, self.right):
+        for motor in self.wheels:
             motor.reboot()
         self._boot()
 
@@ -161,7 +161,7 @@ class FakeOpenCR(ItemTable):
         while left_s > 1e-9:
             period_s = SILENT_MOTOR_LOOP_S if self._slow else CONTROL_PERIOD_S
             step_s = min(left_s, max(period_s - self._phase_s, 0.0))
-            for motor in (self.left, self.right):
+            for motor in self.wheels:
                 motor.advance(step_s)
             left_s -= step_s
             self._phase_s += step_s
@@ -186,10 +186,10 @@ class FakeOpenCR(ItemTable):
         self._waiting.clear()
         self._replies.clear()
         self._command = (0.0, 0.0)
-        there = self.left.powered and self.right.powered
+        there = all(motor.powered for motor in self.wheels)
         self.set("device_status", STATUS_RUNNING if there else STATUS_NOT_CONNECTED_MOTORS)
         self.set("motors_connected", int(there))
-        for motor in (self.left, self.right):
+        for motor in self.wheels:
             motor.memory.set("operating_mode", 1)
         self._set_torque(True)
         self._refresh()
@@ -197,19 +197,16 @@ class FakeOpenCR(ItemTable):
     def _read(self, address: int, size: int) -> bytes:
         """Items that lie wholly within the window; zeros elsewhere."""
         window = bytearray(size)
-        for item in ITEMS:
-            if address <= item.address and item.address + item.size <= address + size:
-                data = self._bytes[item.address : item.address + item.size]
-                window[item.address - address : item.address - address + item.size] = data
+        for item in _within(address, size):
+            at = item.address - address
+            window[at : at + item.size] = self._bytes[item.address : item.address + item.size]
         return bytes(window)
 
     def _write(self, address: int, data: bytes) -> int:
         """Every item that lies wholly within the window is set, even what the firmware only reports (until its next
         loop); an access error for the model information alone."""
         error = StatusError.NONE
-        for item in ITEMS:
-            if not (address <= item.address and item.address + item.size <= address + len(data)):
-                continue
+        for item in _within(address, len(data)):
             if item.name in ("model_number", "model_information", "firmware_version"):
                 error = StatusError.ACCESS
                 continue
@@ -234,7 +231,7 @@ class FakeOpenCR(ItemTable):
 
     def _set_torque(self, on: bool) -> None:
         if self.get("motors_connected"):
-            for motor in (self.left, self.right):
+            for motor in self.wheels:
                 motor.write(64, bytes((int(on),)))
 
     def _loop(self, took_s: float) -> None:
@@ -275,7 +272,7 @@ class FakeOpenCR(ItemTable):
     def _watch_battery(self, took_s: float) -> None:
         self._low_s = self._low_s + took_s if self.left.voltage_v < CUT_OFF_V else 0.0
         if self._low_s > CUT_OFF_S:
-            for motor in (self.left, self.right):
+            for motor in self.wheels:
                 motor.powered = False
 
     def _refresh(self) -> None:
@@ -290,8 +287,13 @@ class FakeOpenCR(ItemTable):
                 self.set(f"present_current_{side}", motor.memory.get("present_load"))
                 self.set(f"present_velocity_{side}", motor.memory.get("present_velocity"))
                 self.set(f"present_position_{side}", motor.memory.get("present_position"))
-        torque = [motor.memory.get("torque_enable") for motor in (self.left, self.right) if motor.powered]
+        torque = [motor.memory.get("torque_enable") for motor in self.wheels if motor.powered]
         self.set("motor_torque", int(len(torque) == 2 and all(torque)))
+
+
+def _within(address: int, size: int) -> list[Item]:
+    """The items that lie wholly in a window of the table."""
+    return [item for item in ITEMS if address <= item.address and item.address + item.size <= address + size]
 
 
 def _clamp(value: float, limit: float) -> float:
