@@ -8,14 +8,17 @@ from hvcpd.config.names import valid_robot_name
 from hvcpd.errors import alike
 from hvcpd.language.addressees import GREETING, TO_ALL
 from hvcpd.language.automaton import expected_after
-from hvcpd.language.graph import WordGraph
+from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
+from hvcpd.language.variants import as_spoken
 
 _TO_ALL = (GREETING, TO_ALL)
 
 
-def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
-    """Where the words leave the sentences of the graph, and what is possible there."""
+def why_not(readings: Sequence[tuple[Words, WordGraph]], names: Sequence[str]) -> str:
+    """Where the words leave the sentences of a network, and what is possible there. Each network has its own reading of
+    the words; the one that follows its reading nearest to the end is explained, of equals the first."""
+    words, graph = min(readings, key=lambda reading: len(reading[0]) - expected_after(reading[1], reading[0])[0])
     if not words:
         return "there is no word to say; `hvcpctl phrases` lists what can be said"
     known, expected = expected_after(graph, words)
@@ -24,14 +27,15 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
     where = f"after '{written}'" if written else "at the beginning"
     if known == len(words):
-        return f"the sentence breaks off {where}; it could go on with: {choices}"
+        shorter = f", or end before '{words[-1]}'" if _is_sentence(graph, words[:-1]) else ""
+        return f"the sentence breaks off {where}; it could go on with: {choices}{shorter}"
     close = alike(words[known], expected)
     hint = f"did you mean '{close}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
     if not close and len(words) > 1 and _may_be_name(words, known, graph, names):
         all_names = ",".join((*names, wrong.capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
-    if not known and _follows(graph, (*_TO_ALL, *words)):
-        hint = f"whom it is for comes first: '{' '.join((*_TO_ALL, *words[:2]))} …'"
+    if greeted := _with_greeting(words, known, graph):
+        hint = f"{'the greeting' if known else 'whom it is for'} comes first: '{' '.join(greeted)} …'"
     elif opening := _missing_opening(words, known, graph, names):
         hint = f"the speaker comes first: '{' '.join(opening)} …'"
     return f"'{wrong}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
@@ -54,6 +58,18 @@ def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence
         if _follows(graph, sentence):
             return opening
     return ()
+
+
+def _with_greeting(words: Words, known: int, graph: WordGraph) -> Words:
+    """The words to the second after the `known` ones, with the greeting that was left out before them; none if they do
+    not begin a sentence so."""
+    greeting = (GREETING,) if known else _TO_ALL
+    greeted = as_spoken(graph, (*greeting, *words))[: len(greeting) + known + 2]
+    return greeted if _follows(graph, greeted) else ()
+
+
+def _is_sentence(graph: WordGraph, words: Words) -> bool:
+    return not graph.finals.isdisjoint(ends_of(graph, graph.start, words))
 
 
 def _follows(graph: WordGraph, words: Words) -> bool:

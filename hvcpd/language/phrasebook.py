@@ -103,14 +103,10 @@ class Phrasebook:
     def parse(self, words: Sequence[str]) -> m.Utterance:
         """The meaning of spoken words. Raises PhraseError naming the first word that no form has there."""
         given = tuple(words)
-        first = next(self._readings(given), None)
-        if first is None and Kind.SEALED in self.vocabulary.kinds:
-            sentence, mark = split_mark(given)
-            first = next(self._readings(sentence), None) if mark is not None else None
-            first = first and replace(first, mark=mark)
-        if first is None:
-            raise PhraseError(why_not(given, self.graph, self.vocabulary.names))
-        return first
+        meaning = self._meaning(given)
+        if meaning is None:
+            raise PhraseError(why_not([(given, self.graph)], self.vocabulary.names))
+        return meaning
 
     def parse_text(self, text: str) -> m.Utterance:
         """The meaning of a written sentence; capitals and punctuation do not matter. Raises PhraseError.
@@ -118,16 +114,22 @@ class Phrasebook:
         Ordinary variants of its words are understood: contractions, American spellings, decimals.
         """
         words = strict_words(text)
-        try:
-            return self.parse(words)
-        except PhraseError:
-            read = as_spoken(self.graph, words)
-            if not any(self._readings(read)):
-                peoples = as_spoken(self.people_graph, words)
-                read = peoples if any(self._readings(peoples)) else read
-            if read == words:
-                raise
-            return self.parse(read)
+        if (meaning := self._meaning(words)) is not None:
+            return meaning
+        readings = [(as_spoken(graph, words), graph) for graph in (self.graph, self.people_graph)]
+        for read, _ in readings:
+            if (meaning := self._meaning(read)) is not None:
+                return meaning
+        raise PhraseError(why_not(readings, self.vocabulary.names))
+
+    def _meaning(self, words: Words) -> m.Utterance | None:
+        """The meaning of a sentence, with or without a seal; None if it is none."""
+        first = next(self._readings(words), None)
+        if first is None and Kind.SEALED in self.vocabulary.kinds:
+            sentence, mark = split_mark(words)
+            first = next(self._readings(sentence), None) if mark is not None else None
+            first = first and replace(first, mark=mark)
+        return first
 
     @cached_property
     def graph(self) -> WordGraph:

@@ -246,6 +246,9 @@ def test_pauses_stand_where_the_commas_are() -> None:
         ("dance " * 10_000, "'dance' is not in the phrasebook at the beginning"),
         ("a" * 20_000, f"'{'a' * 40}' is not in the phrasebook at the beginning"),
         ("Hi " + "a" * 20_000, "is not in the phrasebook after 'hi'; possible there:"),
+        ("Rob, complete task twelve", "'twelve' is not in the phrasebook after 'rob complete task'; possible there:"),
+        ("Rob, complete task", "breaks off after 'rob complete task'; it could go on with:"),
+        ("Hi all, I am Rob, I will complete task two one", "it could go on with: metre, or end before 'one'"),
     ],
 )
 def test_other_sentences_are_refused_with_the_place_and_a_hint(text: str, said: str) -> None:

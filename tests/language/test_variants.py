@@ -92,6 +92,12 @@ def test_who_forgets_the_greeting_is_told_of_it_and_not_of_the_speaker(text: str
         BOOK.parse_text(text)
 
 
+@pytest.mark.parametrize("text", ["Rob, I am Zoe, turn left", "Rob, I'm Zoe, turn left", "Rob, I'm Anna, turn left"])
+def test_who_names_whom_it_is_for_without_a_greeting_is_told_of_the_greeting(text: str) -> None:
+    with pytest.raises(PhraseError, match=r"after 'rob'; the greeting comes first: 'hi rob i am …'"):
+        BOOK.parse_text(text)
+
+
 @pytest.mark.parametrize("text", ["Hi Rob, I am Bot, sweep the kitchen", "bonjour"])
 def test_a_word_where_a_name_would_lead_nowhere_is_not_taken_for_one(text: str) -> None:
     """Whoever had forgotten --tasks was advised to give "sweep" as a robot's name."""
