@@ -49,7 +49,7 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     else:
         reply = _refusal(me, s.task, entry, heard.now)
     if reply is not None:
-        composing.answer(me, name, f"answer {name}", reply, heard.now)
+        _answer(me, name, reply, heard.now)
         return
     me.current = Current(number, task_ref=s.task, partner=name, repeats=me.current.repeats if same else 0)
     fire(me, Trigger.ORDER, heard.now)
@@ -83,6 +83,12 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
         return m.Stopped()
     has_others = len(entry.team) == entry.definition.robots > 1 and me.role.name not in entry.team
     return None if me.state in FREE and not has_others else m.Busy()
+
+
+def _answer(me: Knowledge, name: str | None, statement: m.Statement, now: float) -> None:
+    """Answer a request. After "resume" others would take "I have stopped" for another stop, so it is not said then."""
+    has_stopped = isinstance(statement, m.Stopped)
+    composing.answer(me, name, f"answer {name}", statement, now, still=lambda: me.latched or not has_stopped)
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:
@@ -142,7 +148,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     elif me.state not in MOVABLE and not (me.state is State.READING_BACK and same):
         refusal = m.Busy()
     if refusal is not None:
-        composing.answer(me, name, f"answer {name}", refusal, now)
+        _answer(me, name, refusal, now)
     elif me.state is not State.READING_BACK:
         me.current = Current(motion=s, motion_sure=heard.confidence >= SURE, partner=name)
         fire(me, Trigger.MOTION, now)

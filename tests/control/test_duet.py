@@ -153,6 +153,14 @@ def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
     assert np.array_equal(*played)
 
 
+def test_an_arrow_pressed_before_a_sentence_is_no_part_of_it(tmp_path: Path) -> None:
+    """ "Stop" after an arrow key was refused."""
+    options = make_parser().parse_args(["duet", "--pipe"])
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], lambda _: lambda: True)
+    for typed in ("\x1b[Astop", "\x1bOBstop\x07", "\x1b[1;5Dst\x1b[3~op"):
+        assert visitor.say(typed).line == "Anna: stop"
+
+
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     lost = wiring(tmp_path, tmp_path, "Rob", 0)
     gone = replace(lost, settings=replace(lost.settings, tasks=tmp_path / "none.yaml"))

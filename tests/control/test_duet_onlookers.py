@@ -81,6 +81,14 @@ def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> 
     assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
 
 
+def test_what_was_typed_cannot_steer_the_terminal() -> None:
+    out = io.StringIO()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.note("'\x1b[31m' is not in the phrasebook")
+    onlooker.tell({"event": "heard", "speaker": "somebody", "text": "Stop\x07", "at_s": 4.0}, "Rob")
+    assert all(c.isprintable() for c in out.getvalue().replace("\n", ""))
+
+
 def test_the_time_of_the_lines_never_goes_back() -> None:
     """A robot tells of a sentence once it is over, and of a "stop" perhaps seconds later; its line had the time of the
     beginning, and stood below later ones."""

@@ -160,6 +160,20 @@ def test_recordings_that_name_another_person_are_told(
     assert "Bella: 2 sentences" in told
 
 
+def test_who_is_enrolled_in_the_folder_is_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With --state-dir those were known who are enrolled in the settings' folder."""
+    takes = tmp_path / "takes"
+    takes.mkdir()
+    assert enrol(tmp_path, "Anna", "--show") == 0
+    for n, text in enumerate(capsys.readouterr().out.splitlines()[:2], 1):
+        write_wav(takes / f"sentence_{n}.wav", sentence(text))
+    assert enrol(tmp_path, "Anna", "--from", str(takes)) == 0
+    assert enrol(tmp_path, "Bella", "--from", str(takes)) == 0
+    assert "Bella: they say 'I am Anna', and not 'Bella'" in capsys.readouterr().out
+    assert enrol(tmp_path, "Ana", "--show") == 2
+    assert "the names 'Anna' and 'Ana' sound the same" in capsys.readouterr().err
+
+
 def test_the_words_are_shown_if_words_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It showed the sentences."""
     assert enrol(tmp_path, "Anna", "--show", "--words", "rob,stop") == 0

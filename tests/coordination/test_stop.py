@@ -91,6 +91,20 @@ def test_an_unsure_resume_that_is_said_again_at_once_releases() -> None:
     assert rob.state is not State.STOPPED
 
 
+@pytest.mark.parametrize("request_", ["complete task one", "turn left"])
+def test_a_refusal_that_waits_for_its_turn_is_not_said_after_resume(request_: str) -> None:
+    """The robot said "I have stopped" after "resume", which the others took for another stop."""
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob = mission.robots["Rob"]
+    rob.stop(45.0)
+    mission.hear(60.0, f"Hi Rob, I am Anna, {request_}")
+    mission.hear(63.0, "Rob resume")
+    mission.air.run_until(90.0)
+    assert rob.state is not State.STOPPED
+    assert not [text for text in mission.written(60.0) if "stopped" in text]
+
+
 @pytest.mark.parametrize("by_voice", [True, False])
 def test_an_unsure_resume_from_before_a_stop_does_not_count(by_voice: bool) -> None:
     """It released the robot, at the first chance speech that sounded like "resume" within half a minute."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -20,7 +21,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.language.addressees import FRIEND, ToRobot
 from hvcpd.language.messages import Stop, for_robots
 from hvcpd.ports import Samples
-from hvcpd.reporting.text import clock
+from hvcpd.reporting.text import clean, clock
 from hvcpd.synthesis.speaker import Speaker
 
 LOOK_S = 0.05
@@ -33,6 +34,8 @@ ECHO_S = 1.0
 """Largest difference between the beginnings of a call as it was said and as a robot hears it, or hears it again."""
 SOMEBODY = "somebody"
 """The speaker of a sentence without a name, in an event."""
+KEYS = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|O.)|[\x00-\x1f\x7f]")
+"""What terminals send for arrows and the like (control sequences, ECMA-48): typed by mistake, and no part of a word."""
 UNHEARD = "that was not understood; say it again"
 LATER = "said once a robot has spoken; until then they obey only “stop”"
 
@@ -50,12 +53,12 @@ class Visitor:
 
     def say(self, text: str) -> Visit:
         """To be said in the robots' next pause, with the visitor's name where robots need one."""
-        phrasebook = self.wiring.phrasebook()
+        phrasebook, text = self.wiring.phrasebook(), KEYS.sub("", text).strip()
         typed = phrasebook.parse_text(text)
         utterance = for_robots(replace(typed, speaker=self._name) if typed.speaker == FRIEND else typed)
         sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
-        line, may_wait = f"{self._name}: {text.strip()}", not isinstance(utterance.statement, Stop)
+        line, may_wait = f"{self._name}: {text}", not isinstance(utterance.statement, Stop)
         return Visit(line, lambda: self._play(sound), one, may_wait)
 
 
@@ -120,8 +123,8 @@ class Onlooker:
             writer.close()
 
     def note(self, text: str) -> None:
-        """Write a message."""
-        self.write(f"      ({text})")
+        """Write a message, which may repeat what was typed."""
+        self.write(f"      ({clean(text)})")
 
     def visited(self, visit: Visit, now_s: float) -> None:
         """A visitor wants to say this."""
@@ -176,7 +179,7 @@ class Onlooker:
     def _write_at(self, at_s: float, text: str) -> None:
         """Write a line with its time, which never goes back: robots tell of what they heard once it is over."""
         self._latest_s = max(self._latest_s, at_s)
-        self.write(f"{clock(self._latest_s):>5}  {text}")
+        self.write(f"{clock(self._latest_s):>5}  {clean(text)}")
 
     def write(self, text: str) -> None:
         """Write a line at once, or note the `fault`: events and signals bring most lines, which must not fail."""

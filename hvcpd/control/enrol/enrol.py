@@ -160,7 +160,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     if options.show:
         sys.stdout.writelines(f"{text}\n" for text in (words if each_word else _sentences(options.person, team)))
         return EX_OK
-    path = person_path(options.state_dir or team.settings.state_dir, options.person)
+    path = person_path(team.settings.state_dir, options.person)
     known = _kept(path, options.person)
     report = Report()
     check = partial(check_sentence, pronounce=team.sound.lexicon.sounds)

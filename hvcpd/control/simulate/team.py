@@ -62,7 +62,8 @@ def load_team(
     `encrypted` one hides what it says. Raises ConfigError and PhraseError.
     """
     reserved = None if names else name_check
-    overrides = {"tasks": options.tasks and str(options.tasks)}
+    given = {"tasks": options.tasks, "state_dir": getattr(options, "state_dir", None)}  # an option of enrol
+    overrides = {key: path and str(path) for key, path in given.items()}
     settings = load_settings(options.config, overrides, name_needed=False, reserved=reserved)
     sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
