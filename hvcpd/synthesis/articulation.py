@@ -11,10 +11,10 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
-from hvcpd.synthesis.phonation import aspiration, breath_after_s, maximum_voiced, pitch, tilt, voicing
+from hvcpd.synthesis.klatt import Controls, Frication, Track
+from hvcpd.synthesis.phonation import aspiration, maximum_voiced, pitch, tilt, voicing
 from hvcpd.synthesis.phones import Kind
-from hvcpd.synthesis.placement import BURST_S, LEAD_S, TAIL_S, Breakpoints, Placed, place
+from hvcpd.synthesis.placement import BURST_S, LEAD_S, TAIL_S, Breakpoints, Placed, place, with_neighbours
 from hvcpd.synthesis.voices import Voice
 
 UPPER_HZ = ((3500.0, 220.0), (4500.0, 300.0), (5500.0, 400.0), (6500.0, 500.0), (7450.0, 600.0))
@@ -36,9 +36,8 @@ NASAL_AFTER_S = 0.04
 
 def _boundary(left: Placed, right: Placed, formant: int) -> float:
     """The value of a formant where two phones meet, Hz."""
-    ending = left.phone.end_hz or left.phone.target_hz
-    a, b = ending[formant], right.phone.target_hz[formant]
-    if left.phone.kind is Kind.BREATH or right.phone.kind is Kind.BREATH:
+    a, b = (left.phone.end_hz or left.phone.target_hz)[formant], right.phone.target_hz[formant]
+    if Kind.BREATH in (left.phone.kind, right.phone.kind):
         return b if left.phone.kind is Kind.BREATH else a
     left_open, right_open = left.phone.kind is Kind.VOWEL, right.phone.kind is Kind.VOWEL
     if left_open and not right_open:
@@ -50,19 +49,17 @@ def _boundary(left: Placed, right: Placed, formant: int) -> float:
 
 def _formant_track(placed: Sequence[Placed], formant: int) -> Track:
     points = Breakpoints([], [])
-    for number, item in enumerate(placed):
-        first = item.phone.target_hz[formant]
-        last = (item.phone.end_hz or item.phone.target_hz)[formant]
+    for before, item, after in with_neighbours(placed):
+        first, last = item.phone.target_hz[formant], (item.phone.end_hz or item.phone.target_hz)[formant]
         length = item.end_s - item.start_s
-        entry = _boundary(placed[number - 1], item, formant) if number else first
-        leave = _boundary(item, placed[number + 1], formant) if number + 1 < len(placed) else last
-        rise = _transition_s(placed[number - 1] if number else None, item)
-        fall = _transition_s(placed[number + 1] if number + 1 < len(placed) else None, item)
+        entry = _boundary(before, item, formant) if before is not None else first
+        leave = _boundary(item, after, formant) if after is not None else last
+        rise, fall = _transition_s(before, item), _transition_s(after, item)
         points.add(item.start_s, entry)
         if item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL, Kind.FRICATIVE):
             squeeze = min(1.0, 0.9 * length / max(1e-6, rise + fall))
             onset, offset = item.start_s + rise * squeeze, item.end_s - fall * squeeze
-            if item.phone.end_hz is not None and number + 1 == len(placed):
+            if item.phone.end_hz is not None and after is None:
                 offset = item.end_s - 0.2 * length
             points.add(onset, first)
             points.add(max(onset, offset), last)
@@ -95,24 +92,20 @@ def _frications(placed: Sequence[Placed], scale: float) -> tuple[Frication, ...]
         phone = item.phone
         if phone.noise_db < -60.0 or not phone.bands:
             continue
-        bands = tuple(
-            Band(min(7600.0, band.centre_hz * (1.0 + 0.5 * (scale - 1.0))), band.width_hz, band.gain_db)
-            for band in phone.bands
-        )
-        level = phone.noise_db
+        higher = 1.0 + 0.5 * (scale - 1.0)
+        bands = tuple(replace(band, centre_hz=min(7600.0, band.centre_hz * higher)) for band in phone.bands)
         if phone.kind is Kind.FRICATIVE:
             a, b = item.start_s - 0.01, item.end_s + 0.01
-            times = (a, a + 0.03, b - 0.025, b)
-            events.append(Frication(times, (level - 30, level, level, level - 30), bands))
+            times, relative_db = (a, a + 0.03, b - 0.025, b), (-30, 0, 0, -30)
         elif phone.kind is Kind.AFFRICATE:
             a, b = item.release_s, item.end_s + 0.01
-            events.append(Frication((a, a + 0.003, b - 0.02, b), (level - 20, level + 2, level, level - 30), bands))
+            times, relative_db = (a, a + 0.003, b - 0.02, b), (-20, 2, 0, -30)
         else:
             a = item.release_s
             released = 0.4 if item is not placed[-1] else 0.8
             b = a + BURST_S + released * phone.aspiration_s
-            times = (a, a + 0.001, a + BURST_S, b + 0.01)
-            events.append(Frication(times, (level - 20, level + 4, level, level - 25), bands))
+            times, relative_db = (a, a + 0.001, a + BURST_S, b + 0.01), (-20, 4, 0, -25)
+        events.append(Frication(times, tuple(phone.noise_db + each for each in relative_db), bands))
     return tuple(events)
 
 
@@ -124,15 +117,15 @@ def _nasal_zero(placed: Sequence[Placed], scale: float) -> Track:
     """
     points = Breakpoints([], [])
     open_hz, shut_hz = NASAL_ZERO_HZ * scale, NASAL_HZ * scale
-    for number, item in enumerate(placed):
+    for before, item, after in with_neighbours(placed):
         if item.phone.kind is Kind.NASAL:
             points.add(item.start_s + 0.004, open_hz)
             points.add(item.end_s - 0.004, open_hz)
             continue
         length = item.end_s - item.start_s
         sonorous = item.phone.kind in (Kind.VOWEL, Kind.GLIDE)
-        after_nasal = sonorous and number > 0 and placed[number - 1].phone.kind is Kind.NASAL
-        before_nasal = sonorous and number + 1 < len(placed) and placed[number + 1].phone.kind is Kind.NASAL
+        after_nasal = sonorous and before is not None and before.phone.kind is Kind.NASAL
+        before_nasal = sonorous and after is not None and after.phone.kind is Kind.NASAL
         half_hz = shut_hz + 0.5 * (open_hz - shut_hz)
         if after_nasal:
             points.add(item.start_s + 0.004, half_hz)
@@ -152,7 +145,7 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     scale = voice.formant_scale
     placed = [replace(item, phone=item.phone.scaled(scale)) for item in place(phones, voice.rate, final)]
     return Controls(
-        duration_s=placed[-1].end_s + breath_after_s(placed[-1].phone) + (TAIL_S if final else LEAD_S),
+        duration_s=placed[-1].end_s + placed[-1].breath_s + (TAIL_S if final else LEAD_S),
         f0_hz=pitch(placed, voice, final, declination),
         voicing_db=voicing(placed, final),
         aspiration_db=aspiration(placed, voice, final),

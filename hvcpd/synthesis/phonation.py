@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from hvcpd.synthesis.allophones import OFF_DB
 from hvcpd.synthesis.klatt import Track
-from hvcpd.synthesis.phones import Kind, Phone
-from hvcpd.synthesis.placement import TAIL_S, Breakpoints, Placed
+from hvcpd.synthesis.phones import Kind
+from hvcpd.synthesis.placement import TAIL_S, Breakpoints, Placed, with_neighbours
 from hvcpd.synthesis.voices import Voice
 
 FALL_S, FALL_DB = 0.06, 6.0
@@ -63,9 +63,9 @@ def _steps(end_s: float, levels: Sequence[tuple[float, float]], final: bool, fal
 def voicing(placed: Sequence[Placed], final: bool) -> Track:
     """Return the level of the voice, dB relative to a stressed vowel."""
     levels: list[tuple[float, float]] = []
-    for number, item in enumerate(placed):
+    for before, item, _ in with_neighbours(placed):
         level = {0: -2.5, 1: 0.0, 2: -1.0}[item.stress] if item.phone.kind is Kind.VOWEL else item.phone.voicing_db
-        breath_s = breath_after_s(placed[number - 1].phone) if number else 0.0
+        breath_s = before.breath_s if before is not None else 0.0
         if breath_s > 0.0:
             levels.append((item.start_s, OFF_DB))
         levels.append((min(item.start_s + breath_s, item.end_s), level))
@@ -74,18 +74,13 @@ def voicing(placed: Sequence[Placed], final: bool) -> Track:
     return _steps(placed[-1].end_s, levels, final, FALL_DB)
 
 
-def breath_after_s(phone: Phone) -> float:
-    """Return how long a stop breathes after its burst, s; 0 for every other phone."""
-    return phone.aspiration_s if phone.kind is Kind.STOP else 0.0
-
-
 def aspiration(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
     """Return the level of the breath, dB relative to a vowel."""
     levels: list[tuple[float, float]] = []
-    for number, item in enumerate(placed):
-        breath_s = breath_after_s(placed[number - 1].phone) if number else 0.0
-        if breath_s > 0.0:
-            levels.append((item.start_s, placed[number - 1].phone.aspiration_db))
+    for before, item, _ in with_neighbours(placed):
+        breath_s = before.breath_s if before is not None else 0.0
+        if before is not None and breath_s > 0.0:
+            levels.append((item.start_s, before.phone.aspiration_db))
         if item.phone.kind is Kind.BREATH:
             level = item.phone.noise_db
         elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
@@ -93,10 +88,10 @@ def aspiration(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
         else:
             level = OFF_DB
         levels.append((min(item.start_s + breath_s, item.end_s), level))
-    end_s, breath_s = placed[-1].end_s, breath_after_s(placed[-1].phone)
-    if breath_s > 0.0:
-        levels.append((end_s, placed[-1].phone.aspiration_db))
-    return _steps(end_s + breath_s, levels, final)
+    last = placed[-1]
+    if last.breath_s > 0.0:
+        levels.append((last.end_s, last.phone.aspiration_db))
+    return _steps(last.end_s + last.breath_s, levels, final)
 
 
 def maximum_voiced(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:

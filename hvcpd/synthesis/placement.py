@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from hvcpd.synthesis.allophones import allophone
@@ -38,6 +38,16 @@ class Placed:
     start_s: float
     release_s: float
     end_s: float
+
+    @property
+    def breath_s(self) -> float:
+        """How long a stop breathes after its burst, s; 0 for every other phone."""
+        return self.phone.aspiration_s if self.phone.kind is Kind.STOP else 0.0
+
+
+def with_neighbours(placed: Sequence[Placed]) -> Iterator[tuple[Placed | None, Placed, Placed | None]]:
+    """Each phone between the one before it and the one after it, None at the word's ends."""
+    return zip([None, *placed[:-1]], placed, [*placed[1:], None], strict=True)
 
 
 @dataclass
@@ -78,8 +88,6 @@ def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
             phone = _undershot(phone, phone.end_hz, length_s / rate)
         placed.append(Placed(name.rstrip("012"), phone, stress_of(name), now, release, end))
         now = end
-        if phone.kind is Kind.STOP and number == len(phones) - 1:
-            now += phone.aspiration_s
     return _give_aspiration(placed)
 
 
@@ -95,10 +103,9 @@ def _give_aspiration(placed: list[Placed]) -> list[Placed]:
     """Lengthen what follows an aspirated stop by half of the breath that it begins with."""
     shift = 0.0
     out: list[Placed] = []
-    for number, item in enumerate(placed):
-        after_stop = number > 0 and placed[number - 1].phone.kind is Kind.STOP
+    for before, item, _ in with_neighbours(placed):
         weak = item.phone.kind is Kind.VOWEL and not item.stress
-        extra = (WEAK_BREATH if weak else 0.5) * placed[number - 1].phone.aspiration_s if after_stop else 0.0
+        extra = (WEAK_BREATH if weak else 0.5) * before.breath_s if before is not None else 0.0
         release_s, end_s = item.release_s + shift + extra, item.end_s + shift + extra
         out.append(replace(item, start_s=item.start_s + shift, release_s=release_s, end_s=end_s))
         shift += extra
