@@ -95,16 +95,14 @@ class Form:
     confirms_complete: bool = False
 
 
-def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
-    return (
-        (f"come back {PLEASE}", m.ComeBack, "Drive to where you started.", {}),
-        (f"move forward <metres> {PLEASE}", m.MoveBy, "Drive straight on.", {"back": False}),
-        (f"move back <metres> {PLEASE}", m.MoveBy, "Drive backward.", {"back": True}),
-        (f"turn left {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": 90.0}),
-        (f"turn right {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": -90.0}),
-        (f"turn around {PLEASE}", m.TurnBy, "Turn by half a circle.", {"angle_deg": 180.0}),
-    )
-
+_MOTIONS: tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...] = (
+    (f"come back {PLEASE}", m.ComeBack, "Drive to where you started.", {}),
+    (f"move forward <metres> {PLEASE}", m.MoveBy, "Drive straight on.", {"back": False}),
+    (f"move back <metres> {PLEASE}", m.MoveBy, "Drive backward.", {"back": True}),
+    (f"turn left {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": 90.0}),
+    (f"turn right {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": -90.0}),
+    (f"turn around {PLEASE}", m.TurnBy, "Turn by half a circle.", {"angle_deg": 180.0}),
+)
 
 _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
     (f"what are you doing {PLEASE}", m.WhatDoing, "What is your task?"),
@@ -256,14 +254,11 @@ _PEOPLE: tuple[Form, ...] = (
         for words, statement, means in _QUESTIONS
         if statement is not m.WhatLeft
     ),
-    *(Form(f"{CALL} {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
-    *(
-        Form(f"{OPENING}, {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed)
-        for words, kind, means, fixed in _motions()
-    ),
+    *(Form(f"{CALL} {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _MOTIONS),
+    *(Form(f"{OPENING}, {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _MOTIONS),
     *(
         Form(f"{OPENING}, i will {words}", kind, "I read this motion back.", Kind.PEOPLE, fixed, will=True)
-        for words, kind, _, fixed in _motions()
+        for words, kind, _, fixed in _MOTIONS
     ),
 )
 

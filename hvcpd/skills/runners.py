@@ -163,15 +163,10 @@ class ProgramRunner:
 
     async def _end(self, starting: asyncio.Future[asyncio.subprocess.Process], safe: tuple[str, ...]) -> None:
         """End every process of it and make all safe, unless it ended well, or never began."""
-        try:
+        with suppress(OSError):
             process = await starting
-        except OSError:
-            if self._guard is not None:
-                self._guard.clear()
-            return
-        await end_group(process)
-        if safe and process.returncode != 0:
-            with suppress(OSError):
+            await end_group(process)
+            if safe and process.returncode != 0:
                 last = await start(safe)
                 with suppress(TimeoutError):
                     await asyncio.wait_for(last.wait(), SAFE_S)
