@@ -15,6 +15,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 Absorption = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Of frequencies (Hz), dB a metre."""
 
+WATER_C, DEPTH_KM = 10.0, 0.01
 WATER_M_S = 1490.0
 """Sea water of 10 °C, 35 g of salt a kilogram, at 10 m (K. V. Mackenzie, JASA 70, 1981: 1489.97 m/s)."""
 TAPS = 65
@@ -38,23 +39,15 @@ def air_db_m(hz: NDArray[np.float64], celsius: float = 20.0, humidity_percent: f
     return np.asarray(8.686 * hz**2 * (classical + warmth**-2.5 * (oxygen + nitrogen)))
 
 
-def water_db_m(
-    hz: NDArray[np.float64], celsius: float = 10.0, salinity: float = 35.0, ph: float = 8.0, depth_km: float = 0.01
-) -> NDArray[np.float64]:
-    """Return the absorption of sea water, dB/m, shape as `hz` (M. A. Ainslie & J. G. McColm, JASA 103, 1998)."""
+def water_db_m(hz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the absorption of that sea water, of pH 8, dB/m, shape as `hz` (M. A. Ainslie & J. G. McColm, JASA 103,
+    1998)."""
     khz = hz / 1000.0
-    boric = 0.78 * math.sqrt(salinity / 35.0) * math.exp(celsius / 26.0)
-    magnesium = 42.0 * math.exp(celsius / 17.0)
+    boric, magnesium = 0.78 * math.exp(WATER_C / 26.0), 42.0 * math.exp(WATER_C / 17.0)
     db_km = (
-        0.106 * boric * khz**2 / (boric**2 + khz**2) * math.exp((ph - 8.0) / 0.56)
-        + 0.52
-        * (1.0 + celsius / 43.0)
-        * (salinity / 35.0)
-        * magnesium
-        * khz**2
-        / (magnesium**2 + khz**2)
-        * math.exp(-depth_km / 6.0)
-        + 0.00049 * khz**2 * math.exp(-(celsius / 27.0 + depth_km / 17.0))
+        0.106 * boric * khz**2 / (boric**2 + khz**2)
+        + 0.52 * (1.0 + WATER_C / 43.0) * magnesium * khz**2 / (magnesium**2 + khz**2) * math.exp(-DEPTH_KM / 6.0)
+        + 0.00049 * khz**2 * math.exp(-(WATER_C / 27.0 + DEPTH_KM / 17.0))
     )
     return np.asarray(db_km / 1000.0)
 

@@ -10,6 +10,7 @@ from hil_fakes.dynamixel.protocol import (
     Instruction,
     Packet,
     StatusError,
+    address_and_size,
     encode_fast_status,
     encode_status,
 )
@@ -23,12 +24,11 @@ def respond(motors: Mapping[int, FakeMotor], packet: Packet) -> list[bytes]:
     for motor in motors.values():
         motor.notice_traffic()
     match packet.instruction:
-        case Instruction.SYNC_READ:
-            return [_status(motor, *motor.memory.read(a, n)) for motor, a, n in _sync_reads(motors, packet.parameters)]
+        case Instruction.SYNC_READ | Instruction.BULK_READ:
+            wanted = _sync_reads if packet.instruction == Instruction.SYNC_READ else _bulk_reads
+            return [_status(motor, *motor.memory.read(a, n)) for motor, a, n in wanted(motors, packet.parameters)]
         case Instruction.FAST_SYNC_READ:
             return _fast_sync_read(motors, packet.parameters)
-        case Instruction.BULK_READ:
-            return [_status(motor, *motor.memory.read(a, n)) for motor, a, n in _bulk_reads(motors, packet.parameters)]
         case Instruction.SYNC_WRITE:
             _sync_write(motors, packet.parameters)
             return []
@@ -60,12 +60,12 @@ def _single(motor: FakeMotor, packet: Packet) -> bytes:
 
 
 def _carry_out(motor: FakeMotor, instruction: int, parameters: bytes) -> tuple[StatusError, bytes]:
-    address = int.from_bytes(parameters[:2], "little")
+    address, size = address_and_size(parameters)
     match instruction:
         case Instruction.PING:
             return StatusError.NONE, motor.memory.read(0, 2)[1] + motor.memory.read(6, 1)[1]
         case Instruction.READ if len(parameters) == 4:
-            return motor.memory.read(address, int.from_bytes(parameters[2:4], "little"))
+            return motor.memory.read(address, size)
         case Instruction.WRITE if len(parameters) > 2:
             return motor.write(address, parameters[2:]), b""
         case Instruction.REG_WRITE if len(parameters) > 2:
@@ -83,7 +83,7 @@ def _carry_out(motor: FakeMotor, instruction: int, parameters: bytes) -> tuple[S
 
 
 def _sync_reads(motors: Mapping[int, FakeMotor], parameters: bytes) -> Iterator[tuple[FakeMotor, int, int]]:
-    address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+    address, size = address_and_size(parameters)
     for motor_id in parameters[4:]:
         if motor_id in motors:
             yield motors[motor_id], address, size
@@ -102,14 +102,12 @@ def _fast_sync_read(motors: Mapping[int, FakeMotor], parameters: bytes) -> list[
 
 def _bulk_reads(motors: Mapping[int, FakeMotor], parameters: bytes) -> Iterator[tuple[FakeMotor, int, int]]:
     for at in range(0, len(parameters) - 4, 5):
-        motor_id = parameters[at]
-        if motor_id in motors:
-            address = int.from_bytes(parameters[at + 1 : at + 3], "little")
-            yield motors[motor_id], address, int.from_bytes(parameters[at + 3 : at + 5], "little")
+        if parameters[at] in motors:
+            yield motors[parameters[at]], *address_and_size(parameters, at + 1)
 
 
 def _sync_write(motors: Mapping[int, FakeMotor], parameters: bytes) -> None:
-    address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+    address, size = address_and_size(parameters)
     for at in range(4, len(parameters) - size, size + 1):
         if parameters[at] in motors:
             motors[parameters[at]].write(address, parameters[at + 1 : at + 1 + size])
@@ -118,8 +116,7 @@ def _sync_write(motors: Mapping[int, FakeMotor], parameters: bytes) -> None:
 def _bulk_write(motors: Mapping[int, FakeMotor], parameters: bytes) -> None:
     at = 0
     while at + 5 <= len(parameters):
-        address = int.from_bytes(parameters[at + 1 : at + 3], "little")
-        size = int.from_bytes(parameters[at + 3 : at + 5], "little")
+        address, size = address_and_size(parameters, at + 1)
         if parameters[at] in motors:
             motors[parameters[at]].write(address, parameters[at + 5 : at + 5 + size])
         at += 5 + size

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from hil_fakes.dynamixel.control_table import Item
 from hil_fakes.dynamixel.memory import ItemTable
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
-from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
+from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, address_and_size, encode_status
 
 DEVICE_ID = 200
 MODEL_NUMBER = 0x5000
@@ -145,7 +145,7 @@ class FakeOpenCR(ItemTable):
         return bool(self.get("motors_connected")) and not (self.left.powered and self.right.powered)
 
     def _carry_out(self, packet: Packet) -> list[bytes]:
-        address, size = (int.from_bytes(packet.parameters[at : at + 2], "little") for at in (0, 2))
+        address, size = address_and_size(packet.parameters)
         match packet.instruction:
             case Instruction.PING:
                 return [encode_status(self.motor_id, 0, bytes(self._bytes[0:2] + self._bytes[6:7]))]

@@ -65,6 +65,11 @@ class Packet:
     parameters: bytes = b""
 
 
+def address_and_size(parameters: bytes, at: int = 0) -> tuple[int, int]:
+    """The two numbers of 16 bits at that place, as instructions have them."""
+    return int.from_bytes(parameters[at : at + 2], "little"), int.from_bytes(parameters[at + 2 : at + 4], "little")
+
+
 def _crc_table() -> tuple[int, ...]:
     table = []
     for byte in range(256):
