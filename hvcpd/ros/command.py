@@ -8,7 +8,6 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
@@ -27,16 +26,6 @@ WAIT_S = 0.5
 """Between two looks for a master."""
 TELL_S = 1.0
 """Interval of the messages to the daemon that there is no base."""
-
-
-@dataclass(frozen=True)
-class Base:
-    """The daemon's settings of the wheels."""
-
-    ros_drives: bool
-    takes_goals: bool
-    actions: Mapping[str, RosAction] = field(default_factory=dict)
-    """The actions that perform its skills."""
 
 
 def see_sourced(own: str = DEBIAN_FOLDER.rstrip("/")) -> None:
@@ -62,13 +51,13 @@ def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) 
     raise ConfigError("no ROS is here: sudo apt install python3-rospy (ROS 1), or source the setup.bash of a ROS 2")
 
 
-def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
-    """The wheels' settings in the reply to `config`."""
+def wanted_by(settings: Sequence[Mapping[str, Any]], arguments: Sequence[str] = ()) -> Wanted:
+    """What the settings in the reply to `config` want of a port; `arguments` are ROS's, of the command line."""
     values = {each["key"]: each["value"] for each in settings}
     drives = values.get("wheels.driver") == "ros"
     skills = {name: each["ros"] for name, each in values.get("skills", {}).items() if each.get("ros")}
     actions = {name: RosAction(each["action"], _short(each["type"]), each["goal"]) for name, each in skills.items()}
-    return Base(drives, drives and values.get("wheels.ros_mode") == "goal", actions)
+    return Wanted(drives, drives and values.get("wheels.ros_mode") == "goal", arguments, actions)
 
 
 def _short(ros_type: str) -> str:
@@ -76,7 +65,7 @@ def _short(ros_type: str) -> str:
     return ros_type.replace("/action/", "/")
 
 
-def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> str | None:
+def run_bridge(kind: Kind, wanted: Wanted, path: Path) -> str | None:
     """Bridge until interrupted, or until this ROS is no more: then why. The daemon may come and go.
 
     Raises NotDoneError if ROS has ended the bridge: there is another one, or somebody wants none.
@@ -84,10 +73,10 @@ def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> 
     is_interrupted = obey_signals()
     with suppress(KeyboardInterrupt):
         if kind == "ros1":
-            wait_for_master(path, base)
+            wait_for_master(path, wanted.ros_drives)
         inbox = Inbox()
-        port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments, base.actions), inbox.put)
-        bridge = Bridge(base.ros_drives, port.parameters, Skills(base.actions))
+        port = make_port(kind, wanted, inbox.put)
+        bridge = Bridge(wanted.ros_drives, port.parameters, Skills(wanted.actions))
         reason = Session(bridge, port, inbox, path).run(is_interrupted)
         if port.dismissed is not None and reason == port.dismissed:
             raise NotDoneError(reason)
@@ -132,7 +121,7 @@ def ros2_words(remaps: Iterable[str], ros_args: Sequence[str]) -> list[str]:
     return ["--ros-args", *words] if words else []
 
 
-def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_pid) -> None:
+def wait_for_master(path: Path, ros_drives: bool, ask: Callable[[str], int] = master_pid) -> None:
     """Return when a ROS 1 master answers; meanwhile report to the daemon why there is no base."""
     uri, logged = master_uri(), False
     while True:
@@ -144,7 +133,7 @@ def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_p
                 logged = True
         else:
             return
-        if base.ros_drives:
+        if ros_drives:
             with suppress(NotRunningError):
                 link = DaemonLink(path)
                 link.ask(1, "base", {"fault": f"no ROS master at {uri}"})

@@ -16,8 +16,9 @@ import hvcpd
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import ros
 from hvcpd.errors import EX_OK, EX_USER, ConfigError
-from hvcpd.ros.command import Base, base_of, choose_ros, obey_signals, wait_for_master
+from hvcpd.ros.command import choose_ros, obey_signals, wait_for_master, wanted_by
 from hvcpd.ros.parameters import Parameters, parameters_from
+from hvcpd.ros.port import Wanted
 
 
 def test_parameters_are_taken_and_every_fault_is_told() -> None:
@@ -58,16 +59,16 @@ print(numpy.__file__)
 
 
 @pytest.mark.parametrize(
-    ("driver", "mode", "base"),
+    ("driver", "mode", "wanted"),
     [
-        ("ros", "cmd_vel", Base(True, False)),
-        ("ros", "goal", Base(True, True)),
-        ("opencr", "goal", Base(False, False)),
+        ("ros", "cmd_vel", Wanted(True, False)),
+        ("ros", "goal", Wanted(True, True)),
+        ("opencr", "goal", Wanted(False, False)),
     ],
 )
-def test_the_settings_say_who_drives(driver: str, mode: str, base: Base) -> None:
+def test_the_settings_say_who_drives(driver: str, mode: str, wanted: Wanted) -> None:
     settings = [{"key": "wheels.driver", "value": driver}, {"key": "wheels.ros_mode", "value": mode}]
-    assert base_of(settings) == base
+    assert wanted_by(settings) == wanted
 
 
 def test_arguments_of_both_kinds_are_understood() -> None:
@@ -103,7 +104,7 @@ def test_it_waits_until_there_is_a_master(tmp_path: Path, capsys: pytest.Capture
             raise answer
         return answer
 
-    wait_for_master(tmp_path / "nobody.sock", Base(True, False), ask)
+    wait_for_master(tmp_path / "nobody.sock", True, ask)
     assert answers == []
     assert capsys.readouterr().err.count("waiting for a ROS master") == 1
 

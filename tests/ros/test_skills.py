@@ -28,7 +28,7 @@ from hvcpd.errors import ConfigError
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
 from hvcpd.ros.bridge import Ask, Bridge
-from hvcpd.ros.command import base_of
+from hvcpd.ros.command import wanted_by
 from hvcpd.ros.convert import ros_class
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.port import Listener
@@ -154,9 +154,9 @@ def test_the_settings_name_it_in_one_line_and_faults_have_theirs(tmp_path: Path)
     (skill,) = load_settings(file, environment={}).skills.values()
     assert skill.ros is not None
     values = {"action": skill.ros.action, "type": skill.ros.type, "goal": dict(skill.ros.goal)}
-    base = base_of([{"key": "skills", "value": {"grip": {"run": [], "ros": values}, "pour": {"ros": None}}}])
+    wanted = wanted_by([{"key": "skills", "value": {"grip": {"run": [], "ros": values}, "pour": {"ros": None}}}])
     goal = {"command": {"position": "{width_m}"}}
-    assert base.actions == {"grip": RosAction("gripper", "control_msgs/GripperCommand", goal)}
+    assert wanted.actions == {"grip": RosAction("gripper", "control_msgs/GripperCommand", goal)}
     file.write_text("name: Rob\nskills:\n  grip: {ros: {action: gripper, type: GripperCommand}}\n")
     with pytest.raises(
         ConfigError, match=r"hvcpd.yaml:3: .*'GripperCommand' is not the type of an action; write for example"

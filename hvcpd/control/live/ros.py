@@ -8,7 +8,7 @@ from contextlib import closing
 
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.ros.command import base_of, choose_ros, ros2_words, run_bridge, see_sourced, start_again
+from hvcpd.ros.command import choose_ros, ros2_words, run_bridge, see_sourced, start_again, wanted_by
 
 
 def run(options: argparse.Namespace) -> int:
@@ -19,15 +19,15 @@ def run(options: argparse.Namespace) -> int:
     see_sourced()
     kind = choose_ros(options.ros)
     with closing(find_daemon(options)) as daemon:
-        base = base_of(daemon.ask("config")["settings"])
-        path = daemon.path
+        settings, path = daemon.ask("config")["settings"], daemon.path
     ros_args = options.ros_args or []
     if kind == "ros1" and ros_args:
         raise ConfigError("--ros-args are ROS 2's; for ROS 1 write name:=other or _parameter:=value")
     arguments = options.remap if kind == "ros1" else ros2_words(options.remap, ros_args)
-    reason = run_bridge(kind, base, path, arguments)
+    wanted = wanted_by(settings, arguments)
+    reason = run_bridge(kind, wanted, path)
     if reason is not None:
-        stands = "the robot stands, and " if base.ros_drives else ""
+        stands = "the robot stands, and " if wanted.ros_drives else ""
         sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge restarts\n")
         start_again()
     return EX_OK
