@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
+from hvcpd.config.skill_settings import RosSettings
 from hvcpd.errors import DEBIAN_FOLDER, ConfigError, NotDoneError, NotRunningError
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.link import DaemonLink
@@ -19,7 +20,7 @@ from hvcpd.ros.master import master_pid, master_uri
 from hvcpd.ros.port import Report, RosPort, Wanted
 from hvcpd.ros.ros1 import find_rospy
 from hvcpd.ros.session import Inbox, Session
-from hvcpd.ros.skills import RosAction, Skills
+from hvcpd.ros.skills import Skills
 
 Kind = Literal["ros1", "ros2"]
 WAIT_S = 0.5
@@ -56,7 +57,7 @@ def wanted_by(settings: Sequence[Mapping[str, Any]], arguments: Sequence[str] = 
     values = {each["key"]: each["value"] for each in settings}
     drives = values.get("wheels.driver") == "ros"
     skills = {name: each["ros"] for name, each in values.get("skills", {}).items() if each.get("ros")}
-    actions = {name: RosAction(each["action"], _short(each["type"]), each["goal"]) for name, each in skills.items()}
+    actions = {name: RosSettings(each["action"], _short(each["type"]), each["goal"]) for name, each in skills.items()}
     return Wanted(drives, drives and values.get("wheels.ros_mode") == "goal", arguments, actions)
 
 

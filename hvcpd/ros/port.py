@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from hvcpd.config.skill_settings import RosSettings
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.convert import from_ros
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters
-from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
+from hvcpd.ros.skills import Act, Leave, fill_message, values_of
 from hvcpd.ros.topics import Topic
 
 NODE = "hvcpd"
@@ -58,7 +59,7 @@ class Wanted:
     takes_goals: bool = False
     arguments: Sequence[str] = ()
     """Of ROS: remappings and parameters."""
-    actions: Mapping[str, RosAction] = field(default_factory=dict)
+    actions: Mapping[str, RosSettings] = field(default_factory=dict)
     """The actions that perform the robot's skills."""
 
 

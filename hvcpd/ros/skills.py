@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+from hvcpd.config.skill_settings import RosSettings
 from hvcpd.skills.host import BEATS_MISSED_S
 from hvcpd.skills.runners import filled_in, written
 
@@ -19,15 +20,6 @@ MAX_LENGTH = 200
 """Characters of each; the daemon hangs up on a line of more than 8192 bytes."""
 MAX_TOLD = 3
 """Most fields of a feedback or a result that are passed on; more is for ROS's own tools."""
-
-
-@dataclass(frozen=True)
-class RosAction:
-    """The action that a skill is: its name, its type ("control_msgs/GripperCommand"), and the fields of its goal."""
-
-    action: str
-    type: str
-    goal: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -70,7 +62,7 @@ class _Call:
 class Skills:
     """`on_event` what the daemon says; `ended` and `fed_back` what a server does. All return what is to be done."""
 
-    def __init__(self, actions: Mapping[str, RosAction]) -> None:
+    def __init__(self, actions: Mapping[str, RosSettings]) -> None:
         self.actions = actions
         self._under_way: _Call | None = None
         self._goals = 0

@@ -33,7 +33,7 @@ from hvcpd.robot.performer import Outcome, Performer
 from hvcpd.robot.records import SkillRecord
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.bridge import Ask, Bridge
-from hvcpd.ros.command import base_of
+from hvcpd.ros.command import wanted_by
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.port import Listener
 from hvcpd.ros.skills import Act, Skills, fill_message, values_of
@@ -155,8 +155,8 @@ def test_all_its_tasks_can_be_done_on_the_fakes(example: Path) -> None:
 
 def test_tidying_up_asks_the_gripper_of_ros_2_and_tells_what_it_did() -> None:
     settings, _ = read(FOLDER / "tidy_up")
-    base = base_of([{"key": "skills", "value": {name: asdict(skill) for name, skill in settings.skills.items()}}])
-    bridge, gripper, told = Bridge(False, Parameters(), Skills(base.actions)), RclpyServer(), []
+    wanted = wanted_by([{"key": "skills", "value": {name: asdict(skill) for name, skill in settings.skills.items()}}])
+    bridge, gripper, told = Bridge(False, Parameters(), Skills(wanted.actions)), RclpyServer(), []
     client = RclpyAction(
         Server("gripper", gripper, GripperGoal, "the gripper"),
         Listener(

@@ -24,6 +24,7 @@ from hil_fakes.ros_actions import (
 )
 from hil_fakes.sound_server import wait_until
 from hvcpd.config.settings_file import load_settings
+from hvcpd.config.skill_settings import RosSettings
 from hvcpd.errors import ConfigError
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
@@ -32,13 +33,15 @@ from hvcpd.ros.command import wanted_by
 from hvcpd.ros.convert import ros_class
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.port import Listener
-from hvcpd.ros.skills import Act, Leave, RosAction, Skills, fill_message, filled, values_of
+from hvcpd.ros.skills import Act, Leave, Skills, fill_message, filled, values_of
 from hvcpd.skills.host import BEATS_MISSED_S
 from tests.e2e import ros_robot
 from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_ros1 import dialect, through_bytes
 
-GRIP = RosAction("gripper", "control_msgs/GripperCommand", {"command": {"position": "{width_m}", "note": "to {what}"}})
+GRIP = RosSettings(
+    "gripper", "control_msgs/GripperCommand", {"command": {"position": "{width_m}", "note": "to {what}"}}
+)
 PERFORM = {
     "event": "perform",
     "call": 7,
@@ -156,7 +159,7 @@ def test_the_settings_name_it_in_one_line_and_faults_have_theirs(tmp_path: Path)
     values = {"action": skill.ros.action, "type": skill.ros.type, "goal": dict(skill.ros.goal)}
     wanted = wanted_by([{"key": "skills", "value": {"grip": {"run": [], "ros": values}, "pour": {"ros": None}}}])
     goal = {"command": {"position": "{width_m}"}}
-    assert wanted.actions == {"grip": RosAction("gripper", "control_msgs/GripperCommand", goal)}
+    assert wanted.actions == {"grip": RosSettings("gripper", "control_msgs/GripperCommand", goal)}
     file.write_text("name: Rob\nskills:\n  grip: {ros: {action: gripper, type: GripperCommand}}\n")
     with pytest.raises(
         ConfigError, match=r"hvcpd.yaml:3: .*'GripperCommand' is not the type of an action; write for example"
