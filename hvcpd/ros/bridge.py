@@ -319,10 +319,8 @@ class Bridge:
         if began:
             task = status["task"]["number"] if status.get("task") else None
             self._publish(topics.STATE, state_of(status["state"], status["doing"], task, stamp_s))
-        self._publish(topics.DIAGNOSTICS, diagnostics_of(status, stamp_s, "", self._driving_values()))
-
-    def _driving_values(self) -> dict[str, str]:
-        return {} if self._way_left_m is None else {"distance to the goal, m": f"{self._way_left_m:.2f}"}
+        way = {} if self._way_left_m is None else {"distance to the goal, m": f"{self._way_left_m:.2f}"}
+        self._publish(topics.DIAGNOSTICS, diagnostics_of(status, stamp_s, "", way))
 
     def _carry_out(self, orders: list[Order]) -> None:
         for order in orders:

@@ -38,6 +38,7 @@ class PinRunner:
         """On for the call's time, off at its end, however it ends."""
         amount = number_of(call, self._settings.amount)
         needed_s, on_s, reported_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
+        look_s = REPORT_EVERY_S if self._empty is None else LOOK_S
         self.hold(False)  # a call that was cancelled while it was held ended held
         try:
             while needed_s - on_s > SLACK_S:
@@ -46,7 +47,7 @@ class PinRunner:
                 began_s = loop.time()
                 self._device.on()
                 with suppress(TimeoutError):
-                    await asyncio.wait_for(self._held.wait(), min(self._look_s, needed_s - on_s))
+                    await asyncio.wait_for(self._held.wait(), min(look_s, needed_s - on_s))
                 on_s += loop.time() - began_s
                 if on_s - reported_s >= REPORT_EVERY_S or needed_s - on_s <= SLACK_S:
                     reported_s = on_s
@@ -54,10 +55,6 @@ class PinRunner:
         finally:
             self._device.off()
         return {self._settings.amount: amount}
-
-    @property
-    def _look_s(self) -> float:
-        return REPORT_EVERY_S if self._empty is None else LOOK_S
 
     def _check_supply(self) -> None:
         if self._empty is not None and self._empty.is_pressed:

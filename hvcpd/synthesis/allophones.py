@@ -6,10 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hvcpd.synthesis.klatt import Band
-from hvcpd.synthesis.phones import PHONES, Kind, Phone, is_vowel, stress_of
-
-OFF_DB = -99.0
-"""A source that does not sound."""
+from hvcpd.synthesis.phones import OFF_DB, PHONES, Kind, Phone, is_vowel, stress_of
 
 
 def allophone(phones: Sequence[str], number: int) -> Phone:

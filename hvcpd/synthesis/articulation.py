@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hvcpd.synthesis.klatt import Controls, Frication, Track
+from hvcpd.synthesis.klatt import SILENCE_DB, Controls, Frication, Track
 from hvcpd.synthesis.phonation import aspiration, maximum_voiced, pitch, tilt, voicing
 from hvcpd.synthesis.phones import Kind
 from hvcpd.synthesis.placement import BURST_S, LEAD_S, TAIL_S, Breakpoints, Placed, place, with_neighbours
@@ -90,7 +90,7 @@ def _frications(placed: Sequence[Placed], scale: float) -> tuple[Frication, ...]
     events = []
     for item in placed:
         phone = item.phone
-        if phone.noise_db < -60.0 or not phone.bands:
+        if phone.noise_db < SILENCE_DB or not phone.bands:
             continue
         higher = 1.0 + 0.5 * (scale - 1.0)
         bands = tuple(replace(band, centre_hz=min(7600.0, band.centre_hz * higher)) for band in phone.bands)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.synthesis.klatt import Controls
+from hvcpd.synthesis.phones import OFF_DB
 
 FRAME_S = 0.005
 """Klatt's frame (1980), s."""
@@ -18,7 +19,7 @@ def frame_table(controls: Controls) -> tuple[tuple[str, ...], NDArray[np.float64
     corner of the source's low-pass, in Hz.
     """
     times = np.arange(0.0, controls.duration_s, FRAME_S)
-    frication = np.full(len(times), -99.0)
+    frication = np.full(len(times), OFF_DB)
     for event in controls.frications:
         inside = (times >= event.times_s[0]) & (times <= event.times_s[-1])
         frication[inside] = np.maximum(frication[inside], event.at(times[inside]))

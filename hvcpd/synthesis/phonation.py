@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hvcpd.synthesis.allophones import OFF_DB
 from hvcpd.synthesis.klatt import Track
-from hvcpd.synthesis.phones import Kind
+from hvcpd.synthesis.phones import OFF_DB, Kind
 from hvcpd.synthesis.placement import TAIL_S, Breakpoints, Placed, with_neighbours
 from hvcpd.synthesis.voices import Voice
 

@@ -16,6 +16,9 @@ from hvcpd.synthesis.klatt import Band
 
 Triple = tuple[float, float, float]
 
+OFF_DB = -99.0
+"""Level of a source that does not sound."""
+
 
 class Kind(Enum):
     """How a phone is made, which decides how its sources are timed."""
@@ -48,7 +51,7 @@ class Phone:
     pull: Triple = (0.0, 0.4, 0.4)
     transition_s: float = 0.05
     voicing_db: float = 0.0
-    noise_db: float = -99.0
+    noise_db: float = OFF_DB
     bands: tuple[Band, ...] = ()
     aspiration_s: float = 0.0
     aspiration_db: float = -12.0
@@ -107,7 +110,7 @@ def _fricative(
 ) -> Phone:
     return Phone(
         Kind.FRICATIVE, target, (80.0, 120.0, 200.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
-        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else -99.0,
+        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else OFF_DB,
         noise_db=noise_db + CLEARER_DB, bands=bands,
     )  # fmt: skip
 
@@ -118,7 +121,7 @@ def _stop(
 ) -> Phone:  # fmt: skip
     return Phone(
         Kind.STOP, target, (80.0, 130.0, 220.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
-        pull=pull, transition_s=0.045, voicing_db=-14.0 if voiced else -99.0,
+        pull=pull, transition_s=0.045, voicing_db=-14.0 if voiced else OFF_DB,
         noise_db=noise_db, bands=bands, aspiration_s=aspiration_ms / 1000,
     )  # fmt: skip
 
@@ -156,7 +159,7 @@ PHONES: dict[str, Phone] = {
     "N": _nasal((480, 1600, 2600), 80, 60),
     "NG": _nasal((480, 2050, 2550), 100, 65),
     "HH": Phone(
-        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
+        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=OFF_DB, noise_db=4.0
     ),
     "F": _fricative((320, 1050, 2150), False, 105, 80, -11.0, _F),
     "V": _fricative((240, 1050, 2150), True, 65, 45, -22.0, _F),
@@ -174,7 +177,7 @@ PHONES: dict[str, Phone] = {
     "G": _stop((200, 1900, 2350), True, 70, 50, 0.0, _K, (0.1, 0.6, 0.35), 14),
     "CH": Phone(
         Kind.AFFRICATE, (280, 1850, 2650), (80, 130, 250), 0.055, 0.04, voiced=False, pull=(0.1, 0.4, 0.3),
-        voicing_db=-99.0, noise_db=-3.0, bands=_SH, aspiration_s=0.075,
+        voicing_db=OFF_DB, noise_db=-3.0, bands=_SH, aspiration_s=0.075,
     ),
     "JH": Phone(
         Kind.AFFRICATE, (220, 1850, 2650), (80, 130, 250), 0.05, 0.04, pull=(0.1, 0.4, 0.3),
