@@ -86,13 +86,10 @@ class GuardLine:
                 self._pipe.write(b"\n")
             await asyncio.sleep(BEAT_S)
 
-    def arm(self, group: int | None, safe: tuple[str, ...] = ()) -> None:
-        """If this process dies, kill that process group, if it is known, and run that program."""
+    def arm(self, group: int | None = None, safe: tuple[str, ...] = ()) -> None:
+        """If this process dies, kill that process group, if it is known, and run that program; without them only pins
+        must be made safe from now on."""
         self._tell({"group": group, "safe": list(safe)})
-
-    def clear(self) -> None:
-        """Only pins must be made safe from now on."""
-        self._tell({"group": None, "safe": []})
 
     def close(self) -> None:
         """Everything is safe: end the guard."""

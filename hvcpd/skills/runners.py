@@ -138,8 +138,7 @@ class ProgramRunner:
         self._is_held = False
         arguments = dict(call.arguments)
         safe = filled(self._safe, arguments)
-        if self._guard is not None:
-            self._guard.arm(None, safe)  # before it begins, for this process may be killed in between
+        self._arm(None, safe)  # before it begins, for this process may be killed in between
         mark = self._guard.mark if self._guard is not None else {}
         starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Reported()
         try:
@@ -149,8 +148,7 @@ class ProgramRunner:
                 raise FailedError(f"{self._run[0]}: {error.strerror}") from None
             if self._is_held:  # it was held while it started
                 self.hold(True)
-            if self._guard is not None:
-                self._guard.arm(process.pid, safe)
+            self._arm(process.pid, safe)
             while await next_report(process, said, tell) is not None:
                 pass
             status = await process.wait()
@@ -171,8 +169,11 @@ class ProgramRunner:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(last.wait(), SAFE_S)
                 await end_group(last)
+        self._arm()
+
+    def _arm(self, group: int | None = None, safe: tuple[str, ...] = ()) -> None:
         if self._guard is not None:
-            self._guard.clear()
+            self._guard.arm(group, safe)
 
     def hold(self, on: bool) -> None:
         """Freeze it, and all that it has started, where it is."""
