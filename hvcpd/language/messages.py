@@ -18,6 +18,7 @@ from hvcpd.language.motions import TurnBy as TurnBy
 from hvcpd.language.motions import WillMove as WillMove
 from hvcpd.language.place_messages import PlaceFree as PlaceFree
 from hvcpd.language.place_messages import PlaceGiven as PlaceGiven
+from hvcpd.language.place_messages import PlaceStatement
 from hvcpd.language.place_messages import PlaceTaken as PlaceTaken
 from hvcpd.language.place_messages import PlaceWanted as PlaceWanted
 from hvcpd.language.proofs import Cipher as Cipher
@@ -28,6 +29,7 @@ from hvcpd.language.range_messages import CannotMeasure as CannotMeasure
 from hvcpd.language.range_messages import HowFarAway as HowFarAway
 from hvcpd.language.range_messages import Measured as Measured
 from hvcpd.language.range_messages import Measuring as Measuring
+from hvcpd.language.range_messages import RangeStatement
 from hvcpd.language.task_messages import Busy as Busy
 from hvcpd.language.task_messages import Change as Change
 from hvcpd.language.task_messages import Claim as Claim
@@ -39,6 +41,7 @@ from hvcpd.language.task_messages import Order as Order
 from hvcpd.language.task_messages import TaskByName as TaskByName
 from hvcpd.language.task_messages import TaskByNumber as TaskByNumber
 from hvcpd.language.task_messages import TaskRef as TaskRef
+from hvcpd.language.task_messages import TaskStatement
 from hvcpd.language.task_messages import Unable as Unable
 from hvcpd.language.task_messages import Unknown as Unknown
 from hvcpd.language.task_messages import Working as Working
@@ -191,25 +194,11 @@ class Resume:
 
 
 Statement = (
-    Working
-    | Claim
-    | Order
-    | Unable
-    | Unknown
-    | Busy
-    | Completed
-    | Failed
-    | Change
-    | PlaceWanted
-    | PlaceGiven
-    | PlaceTaken
-    | PlaceFree
-    | HowFarAway
-    | Measuring
-    | Measured
-    | CannotMeasure
-    | Confirmed
-    | ConfirmedAnd
+    TaskStatement
+    | PlaceStatement
+    | RangeStatement
+    | Motion
+    | WillMove
     | Negative
     | SayAgain
     | NotUnderstood
@@ -227,10 +216,6 @@ Statement = (
     | Left
     | Leaving
     | NameTaken
-    | ComeBack
-    | MoveBy
-    | TurnBy
-    | WillMove
     | Spelled
     | Relayed
     | Distrusted

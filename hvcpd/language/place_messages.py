@@ -37,7 +37,9 @@ class PlaceFree:
     place: str
 
 
-PLACE_FORMS: tuple[tuple[str, type[PlaceWanted | PlaceGiven | PlaceTaken | PlaceFree], str, dict[str, object]], ...] = (
+PlaceStatement = PlaceWanted | PlaceGiven | PlaceTaken | PlaceFree
+
+PLACE_FORMS: tuple[tuple[str, type[PlaceStatement], str, dict[str, object]], ...] = (
     ("i will use <place>", PlaceWanted, "I wait outside until somebody lets me in, or nobody answers.", {}),
     ("confirmed <place>", PlaceGiven, "I have left it: go in.", {}),
     ("i am in <place>", PlaceTaken, "I have it: wait outside.", {"stands": False}),

@@ -44,9 +44,9 @@ class CannotMeasure:
     """The speaker drives, or one of the two sentences was not heard well enough."""
 
 
-_Range = HowFarAway | Measuring | Measured | CannotMeasure
+RangeStatement = HowFarAway | Measuring | Measured | CannotMeasure
 
-RANGE_FORMS: tuple[tuple[str, type[_Range], str, dict[str, object]], ...] = (
+RANGE_FORMS: tuple[tuple[str, type[RangeStatement], str, dict[str, object]], ...] = (
     ("how far are you", HowFarAway, "How far are you from me? Answer, and stand still.", {}),
     ("i will measure it", Measuring, "I listen to when this sentence comes after yours.", {}),
     ("i measure <hundreds> <rest>", Measured, "Between your sentence and mine, in sixteenths of a millisecond.", {}),

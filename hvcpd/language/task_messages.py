@@ -149,3 +149,8 @@ class ConfirmedAnd:
         """The tasks that the addressee must have reported as failed, because the speaker claims them itself."""
         claim = self.statement if isinstance(self.statement, Claim) else self.statement.claim
         return tuple(ref for ref in self.confirmed.tasks if claim is not None and ref in claim.tasks)
+
+
+TaskStatement = (
+    Working | Claim | Order | Unable | Unknown | Busy | Completed | Failed | Change | Confirmed | ConfirmedAnd
+)
