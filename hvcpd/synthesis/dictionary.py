@@ -31,10 +31,11 @@ BLOCK_WORDS = 128
 WORDS_KEPT = 4096
 """Maximum number of looked-up words kept in memory: more than any team says."""
 
-_SYMBOLS = tuple(
+SYMBOLS = tuple(
     symbol for phone in sorted(ARPABET) for symbol in ([f"{phone}{s}" for s in "012"] if is_vowel(phone) else [phone])
 )
-_CHARACTER = {symbol: chr(ord("!") + number) for number, symbol in enumerate(_SYMBOLS)}
+"""Phones as a lexicon has them: vowels with a stress digit."""
+_CHARACTER = {symbol: chr(ord("!") + number) for number, symbol in enumerate(SYMBOLS)}
 _SYMBOL = {character: symbol for symbol, character in _CHARACTER.items()}
 
 

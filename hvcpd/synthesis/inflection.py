@@ -10,9 +10,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.homographs import Place
-
-Phones = tuple[str, ...]
 
 _HISSING = frozenset("S Z SH ZH CH JH".split())
 _VOICELESS = frozenset("P T K F TH".split())
@@ -29,12 +28,12 @@ SHORTEST_STEM = 3
 class Derived:
     """How a form is said: the preferred way first, and by its place where the stem tells noun from verb."""
 
-    said: tuple[Phones, ...]
-    places: Mapping[Place, Phones]
+    said: tuple[Pronunciation, ...]
+    places: Mapping[Place, Pronunciation]
 
 
 def derive(
-    word: str, listed: Callable[[str], tuple[Phones, ...]], places: Mapping[str, Mapping[Place, Phones]]
+    word: str, listed: Callable[[str], tuple[Pronunciation, ...]], places: Mapping[str, Mapping[Place, Pronunciation]]
 ) -> Derived | None:
     """The form `word` (lower case) of a word that `listed` has pronunciations of; None if it is no regular form of
     any."""
@@ -52,7 +51,7 @@ def derive(
     return None
 
 
-def _that_take(ending: str, of_stem: Mapping[Place, Phones]) -> list[Phones]:
+def _that_take(ending: str, of_stem: Mapping[Place, Pronunciation]) -> list[Pronunciation]:
     """Pronunciations that take an ending: of "wind" only the verb is "winding"; "reads" is never the participle."""
     found = [of_stem[place] for place in (Place.VERB, Place.NOUN) if place in of_stem]
     return found if ending == "s" else found[:1]
@@ -112,7 +111,7 @@ def american_spellings(word: str) -> list[str]:
     return [pattern.sub(other, word) for pattern, other in _AMERICAN if pattern.search(word)]
 
 
-def with_ending(phones: Phones, ending: str) -> Phones:
+def with_ending(phones: Pronunciation, ending: str) -> Pronunciation:
     """The phones with "s" (plural, possessive, third person), "ed" or "ing", as the last sound asks."""
     last = phones[-1].rstrip("012")
     if ending == "ing":

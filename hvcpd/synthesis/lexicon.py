@@ -16,11 +16,11 @@ from hvcpd.errors import ConfigError, alike
 from hvcpd.language.words import NUMBER_MAX, number_words
 from hvcpd.synthesis.accent import WORDS as BRITISH_WORDS
 from hvcpd.synthesis.accent import british
-from hvcpd.synthesis.dictionary import Dictionary, Pronunciation
+from hvcpd.synthesis.dictionary import SYMBOLS, Dictionary, Pronunciation
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import american_spellings, derive, with_ending
 from hvcpd.synthesis.letter_to_sound import LETTER_NAMES, letter_to_sound
-from hvcpd.synthesis.phones import ARPABET, BRITISH, is_vowel
+from hvcpd.synthesis.phones import ARPABET, BRITISH
 
 BUILTIN_PATH = Path(__file__).with_name("lexicon.txt")
 DICTIONARY_PATH = Path(__file__).with_name("cmudict.bin")
@@ -214,8 +214,7 @@ def _read(path: Path) -> Lexicon:
 _STOP = ("S T AA1 P", "S T AO1 P")
 """What the keyword's net was trained to hear."""
 
-_WRITTEN = frozenset(phone + digit for phone in ARPABET for digit in ("012" if is_vowel(phone) else ("",)))
-"""Phones as a line of a lexicon has them."""
+_WRITTEN = frozenset(SYMBOLS)
 
 
 def _fault(fields: list[str]) -> str:

@@ -91,12 +91,8 @@ def loudness_lufs(sound: Samples) -> float:
     length = min(BLOCK_SAMPLES, len(sound))
     starts = np.arange(0, len(sound) - length + 1, STEP_SAMPLES)
     power = (sums[starts + length] - sums[starts]) / length
-    power = power[power > _power(SILENCE_LUFS)]
+    power = power[power > 10.0 ** ((SILENCE_LUFS - _OFFSET_LU) / 10.0)]
     if not len(power):
         return SILENCE_LUFS
     power = power[power > power.mean() * 10.0 ** (-RELATIVE_GATE_LU / 10.0)]
     return float(_OFFSET_LU + 10.0 * np.log10(power.mean()))
-
-
-def _power(lufs: float) -> float:
-    return float(10.0 ** ((lufs - _OFFSET_LU) / 10.0))
