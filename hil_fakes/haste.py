@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, TaskRef, own_words
+from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, own_words
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 from hvcpd.robot.records import RobotOutput, SaidRecord
 
@@ -30,17 +30,11 @@ class Haste:
         return self._way.step(pose, now, reading)
 
     def _set_off(self, said: Statement | None, pose: Pose) -> None:
-        claimed: TaskRef | None = None
-        match own_words(said):
-            case Claim(ref):
-                claimed = ref
-            case Completed(_, following):
-                claimed = following
-        if claimed is None:
+        words = own_words(said)
+        claim = words.claim if isinstance(words, Completed) else words
+        if not isinstance(claim, Claim):
             return
-        if isinstance(claimed, TaskByNumber):
-            task = self._tasks.by_number(claimed.number)
-        else:
-            task = self._tasks.by_name(claimed.name)
+        ref, tasks = claim.task, self._tasks
+        task = tasks.by_number(ref.number) if isinstance(ref, TaskByNumber) else tasks.by_name(ref.name)
         if task is not None and task.place is not None:
             self._way.start(GoTo(task.place.x_m, task.place.y_m), pose)

@@ -26,7 +26,8 @@ def n_words(utterance: m.Utterance) -> int:
 def _count(u: m.Utterance) -> int:
     shape = (type(u.addressee), u.speaker is None, u.team is None, _shape(u.statement))
     if shape not in _SHAPES:
-        tasks = (task.name,) if isinstance(task := _task(u), m.TaskByName) else ()
+        task = getattr(m.own_words(u.statement), "task", None)
+        tasks = (task.name,) if isinstance(task, m.TaskByName) else ()
         teams = tuple(t for t in (u.team, u.addressee.team if isinstance(u.addressee, m.ToTeam) else None) if t)
         names = {n for n in (u.speaker, u.addressee.name if isinstance(u.addressee, m.ToRobot) else None) if n}
         if isinstance(u.statement, m.Relayed):
@@ -44,11 +45,6 @@ def _count(u: m.Utterance) -> int:
         )
         _SHAPES[shape] = len(book.render(u))
     return _SHAPES[shape]
-
-
-def _task(u: m.Utterance) -> object:
-    said = u.statement.statement if isinstance(u.statement, m.Relayed) else u.statement
-    return getattr(said, "task", None)
 
 
 def _shape(value: object) -> object:
