@@ -29,12 +29,9 @@ def _count(u: m.Utterance) -> int:
         task = getattr(m.own_words(u.statement), "task", None)
         tasks = (task.name,) if isinstance(task, m.TaskByName) else ()
         teams = tuple(t for t in (u.team, u.addressee.team if isinstance(u.addressee, m.ToTeam) else None) if t)
-        names = {n for n in (u.speaker, u.addressee.name if isinstance(u.addressee, m.ToRobot) else None) if n}
-        if isinstance(u.statement, m.Relayed):
-            names.add(u.statement.speaker)
         book = Phrasebook(
             Vocabulary(
-                tuple(sorted(names - {m.FRIEND})) or (_NAME,),
+                tuple(sorted(names_in(u) - {m.FRIEND})) or (_NAME,),
                 tuple(dict.fromkeys(teams)),
                 tasks,
                 tuple(range(NUMBER_MAX)),
@@ -45,6 +42,13 @@ def _count(u: m.Utterance) -> int:
         )
         _SHAPES[shape] = len(book.render(u))
     return _SHAPES[shape]
+
+
+def names_in(u: m.Utterance) -> set[str]:
+    """The names in an utterance: its speaker's, its addressee's, and that of whom it quotes."""
+    addressee = u.addressee.name if isinstance(u.addressee, m.ToRobot) else None
+    quoted = u.statement.speaker if isinstance(u.statement, m.Relayed) else None
+    return {name for name in (u.speaker, addressee, quoted) if name is not None}
 
 
 def _shape(value: object) -> object:

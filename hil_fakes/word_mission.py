@@ -14,7 +14,7 @@ from functools import partial
 
 from hil_fakes.word_body import Body, takes_s
 from hil_fakes.word_channel import WordChannel
-from hil_fakes.word_lengths import n_words
+from hil_fakes.word_lengths import n_words, names_in
 from hil_fakes.word_mishearing import misheard
 from hil_fakes.word_occurrences import counted, times
 from hil_fakes.word_seals import WordSeals as WordSeals
@@ -309,7 +309,4 @@ class WordMission:
         known = self.known[listener]
         if isinstance(u.statement, m.Spelled) and u.speaker is not None:
             known.add(u.speaker)
-        named = {u.speaker} if u.speaker is not None else set()
-        named |= {u.addressee.name} if isinstance(u.addressee, m.ToRobot) else set()
-        named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
-        return named <= known
+        return names_in(u) <= known

@@ -6,9 +6,10 @@ import select
 import socket
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from hvcpd.errors import NotRunningError
 from hvcpd.ros.bridge import Ask, Bridge, Log, Publish
@@ -142,11 +143,11 @@ class Session:
                 case Log(text):
                     self._port.log(text)
 
-    def _ask(self, mark: int, command: str, arguments: object) -> None:
+    def _ask(self, mark: int, command: str, arguments: Mapping[str, Any]) -> None:
         if self._link is None:
             return
         try:
-            self._link.ask(mark, command, arguments)  # type: ignore[arg-type]
+            self._link.ask(mark, command, arguments)
         except NotRunningError as error:
             self._lose(error)
 
