@@ -77,6 +77,8 @@ class SimulatedAir:
 
 PAUSE_S = 0.2
 """Quiet that a visitor waits for: within a sentence robots pause for less, between two of them for 0.3 s or more."""
+OWN_PAUSE_S = 0.5
+"""Quiet between two sentences of the visitor's: robots understood few of those that followed each other at once."""
 PATIENCE_S = 6.0
 """A visitor interrupts after this time; a robot's longest sentence takes about 5 s."""
 
@@ -113,6 +115,7 @@ class Voice:
                 self._waiting.popleft()
                 self._said += 1
                 self._begun, self._waited = False, 0
+                self._quiet = round((PAUSE_S - OWN_PAUSE_S) * SAMPLE_RATE_HZ)
         return taken
 
 

@@ -20,7 +20,7 @@ import structlog
 from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
-from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
+from hil_fakes.shared_room import BLOCK, OWN_PAUSE_S, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import main, make_parser
@@ -274,6 +274,16 @@ def test_a_visitor_waits_for_a_pause_says_it_as_a_whole_and_interrupts_in_the_en
     waited = [voice.take([block(0.1)]).any() for _ in range(round(PATIENCE_S / blocks_s))]
     assert waited.count(True) == 1
     assert waited[-1]
+
+
+def test_a_visitor_pauses_between_sentences_of_her_own() -> None:
+    """They followed each other at once, and robots understood neither most of them nor a "stop" in their middle."""
+    voice = Voice()
+    for _ in range(2):
+        voice.say(block(0.5))
+    said = [voice.take([block(0.0)]).any() for _ in range(round(2.0 * SAMPLE_RATE_HZ / BLOCK))]
+    first, second = (k for k, speaks in enumerate(said) if speaks)
+    assert (second - first) * BLOCK >= OWN_PAUSE_S * SAMPLE_RATE_HZ
 
 
 def test_air_that_falls_behind_real_time_is_slow_until_it_keeps_up() -> None:
