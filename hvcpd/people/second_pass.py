@@ -47,8 +47,8 @@ TALK_WORD_COST = 4.0
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
 DENYING = ("not", "don't", "never", "unable", "going")
-"""The first words of a DENIAL ("I am not going to complete task two" was heard as an order by somebody of that name),
-and of a REFUSAL."""
+"""The first words of a DENIAL ("I am not going to complete task two" was heard as an order by somebody of that name, and
+"do not turn left" as one to Bot or team A), and of a REFUSAL. "Not" has "do" before it, too."""
 DENYING_PHONES = 6
 """Phones that may follow them, as many as "going to" has after "not"."""
 COSTS = {FRIEND: 5.0, DENIAL: 5.0, REFUSAL: 1.0}
@@ -200,6 +200,7 @@ class SecondPassRecogniser:
         """A word's pronunciations. FRIEND stands for any name: the network has it only where a speaker says its own."""
         if word in (DENIAL, REFUSAL):
             denying = [said for each in DENYING for said in self._lexicon.sounds(each)]
+            denying += [(*do, *no) for do in self._lexicon.sounds("do") for no in self._lexicon.sounds("not")]
             return [(*said, *(ANY_PHONE,) * n) for said in denying for n in range(DENYING_PHONES + 1)]
         return ANY_NAME if word == FRIEND else self._lexicon.sounds(word)
 
@@ -211,9 +212,12 @@ class SecondPassRecogniser:
 
 
 def _with_denials(graph: WordGraph) -> WordGraph:
-    """With DENIAL wherever FRIEND may be said, and REFUSAL after each name there."""
+    """With DENIAL wherever FRIEND may be said, at the beginning and after the first word, which may be an addressee;
+    and REFUSAL after each name."""
     names = [arc for arc in graph.arcs if arc.word == FRIEND]
     denials = [Arc(arc.source, arc.target, DENIAL) for arc in names]
+    firsts = {arc.target for arc in graph.arcs if arc.source == graph.start}
+    denials += [Arc(node, node, DENIAL) for node in sorted({graph.start, *firsts})]
     refusals = [Arc(node, node, REFUSAL) for node in sorted({arc.target for arc in names})]
     return replace(graph, arcs=(*graph.arcs, *denials, *refusals))
 

@@ -230,6 +230,16 @@ def test_what_somebody_is_not_going_to_do_is_no_order(book: Phrasebook, sound: S
     assert " ".join(found.words) == "hi rob i am friend complete task two"
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["do not turn left", "don't move forward", "do not come back", "bot do not turn left", "rob don't turn around"],
+)
+def test_what_nobody_should_do_is_no_order(book: Phrasebook, sound: Sound, text: str) -> None:
+    """ "Do not turn left" was heard as "Bot, turn left", or as an order to team A."""
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob")
+    assert sentence(opinion, alone(stranger(sound), text)) is None
+
+
 @pytest.mark.parametrize("name", ["anna", "sarah"])
 @pytest.mark.parametrize("words", ["not confirmed", "have not confirmed", "do not resume", "don't resume"])
 def test_what_somebody_does_not_do_after_saying_a_name_is_not_taken_for_the_opposite(
