@@ -47,8 +47,8 @@ TALK_WORD_COST = 4.0
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
 DENYING = ("not", "don't", "never", "unable", "going")
-"""The first words of a DENIAL ("I am not going to complete task two" was heard as an order by somebody of that name, and
-"do not turn left" as one to Bot or team A), and of a REFUSAL. "Not" has "do" before it, too."""
+"""The first words of a DENIAL ("I am not going to complete task two" was heard as an order by somebody of that name,
+and "do not turn left" as one to Bot or team A), and of a REFUSAL. "Not" has "do" before it, too."""
 DENYING_PHONES = 6
 """Phones that may follow them, as many as "going to" has after "not"."""
 COSTS = {FRIEND: 5.0, DENIAL: 5.0, REFUSAL: 1.0}
