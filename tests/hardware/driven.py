@@ -82,6 +82,16 @@ class Driven:
             assert self._changed.wait_for(condition, PATIENCE_S), self._account()
             return self.bus.line.now_s
 
+    def sets_out(self) -> bool:
+        """Whether it drives. It refuses to if a fake on a busy machine answers late, as OpenCR does whose motors are
+        gone."""
+        self.when(lambda: self.fastest_rad_s > FAST_RAD_S or self.process.poll() is not None)
+        if self.process.poll() is None:
+            return True
+        account = self._account()
+        assert "answers late" in account, account
+        return False
+
     def _account(self) -> str:
         """How the process ended, if it has, and its last words."""
         status = self.process.poll()

@@ -23,11 +23,14 @@ def test_killed_in_mid_motion_the_motors_stop_by_themselves_within_half_a_second
 
 
 def test_killed_in_mid_motion_opencr_stops_by_its_heartbeat() -> None:
-    with Driven(FakeOpenCR()) as driven:
-        driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)
-        killed_s = driven.kill()
-        stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
-        assert stood_s - killed_s <= 0.75 + LONGEST_STEP_S
+    for _ in range(3):
+        with Driven(FakeOpenCR()) as driven:
+            if driven.sets_out():
+                killed_s = driven.kill()
+                stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
+                assert stood_s - killed_s <= 0.75 + LONGEST_STEP_S
+                return
+    pytest.fail("it never drove")
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
