@@ -15,6 +15,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
+from hvcpd.reporting.ends import ReportedEnds
 from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Performed, Said, Started, TaskChanged
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.story import Story, tell
@@ -24,8 +25,7 @@ WORD_S = 0.4
 """Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
 3.6 s."""
 SAME_REPORT_S = 600.0
-"""A report is repeated until somebody confirms it; what is reported later than this has ended again, and so has what
-was claimed again."""
+"""What is reported later than this after its last report has ended again."""
 BINS = 32
 """Parts in which a shift's talk is counted: a quarter of an hour each where it lasts eight hours."""
 
@@ -162,7 +162,7 @@ class _Reader:
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
         self._own, self._begin_s, self._names = own, begin_s, names
-        self._reported_s: dict[tuple[type[m.Statement], str, int | None], float] = {}
+        self._ends = ReportedEnds(SAME_REPORT_S)
         self._claimed: dict[int, str] = {}
         self._next = 0
 
@@ -192,7 +192,7 @@ class _Reader:
         match utterance:
             case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(complete=True) as confirmed):
                 for ref in confirmed.tasks:  # the report may not have been heard; if one was, it may be another's
-                    if not self._is_reported(ref.number, wall_s):
+                    if not self._ends.is_done(ref.number, wall_s):
                         self._complete(ref, self._member(doer), wall_s)
             case _:
                 self._tell(m.parts(utterance)[-1].statement, member, wall_s)
@@ -209,9 +209,8 @@ class _Reader:
     def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
         match statement:
             case m.Claim() as claim:
-                for each in claim.tasks:  # what is claimed once more is done, or given up, once more
-                    for ended in (m.Completed, m.Failed):
-                        self._reported_s.pop((ended, member.name, self._number(each)), None)
+                for each in claim.tasks:
+                    self._ends.claimed(member.name, self._number(each))
                 self._change(claim.task, "claimed", member.name, wall_s)  # of two claimed at once it goes to the first
             case m.Working(ref):
                 self._change(ref, "claimed", member.name, wall_s)
@@ -219,7 +218,7 @@ class _Reader:
                 for done in statement.tasks:
                     self._complete(done, member, wall_s)
                 self._tell(statement.claim, member, wall_s)
-            case m.Failed(ref) if not self._is_repeated(m.Failed, member, ref.number, wall_s):
+            case m.Failed(ref) if self._ends.is_new(member.name, m.Failed, ref.number, wall_s):
                 member.failed.append(ref.number)
                 self._change(ref, "open", None, wall_s, member.name)
                 self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(ref.number)}"))
@@ -242,20 +241,8 @@ class _Reader:
             return ref.number
         return next((number for number, name in self._names.items() if name == ref.name), None)
 
-    def _is_reported(self, number: int, wall_s: float) -> bool:
-        """Whether anybody has just done that task."""
-        done = (at_s for (ended, _, task), at_s in self._reported_s.items() if (ended, task) == (m.Completed, number))
-        return any(wall_s - at_s < SAME_REPORT_S for at_s in done)
-
-    def _is_repeated(self, ended: type[m.Statement], member: Member, number: int, wall_s: float) -> bool:
-        """Whether somebody has just reported that end of a task; it has now."""
-        key = (ended, member.name, number)
-        before_s = self._reported_s.get(key, -math.inf)
-        self._reported_s[key] = wall_s
-        return wall_s - before_s < SAME_REPORT_S
-
     def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
-        if self._is_repeated(m.Completed, member, ref.number, wall_s):
+        if not self._ends.is_new(member.name, m.Completed, ref.number, wall_s):
             return
         member.done.append(ref.number)
         self.events.append(Performed(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))

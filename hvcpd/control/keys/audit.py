@@ -18,6 +18,7 @@ from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
+from hvcpd.reporting.ends import ReportedEnds
 
 REASONS: dict[type, str] = {
     m.Unable: "cannot",
@@ -94,8 +95,7 @@ class _Counter:
     def __init__(self, found: Audit, numbered: Mapping[m.TaskRef, m.TaskRef]) -> None:
         self._found, self._numbered = found, numbered
         self._pending: dict[tuple[str, str], str] = {}
-        self._reported: set[tuple[str, type[m.Statement], m.TaskRef]] = set()
-        """Who has reported the end of which task since claiming it: a report may be repeated."""
+        self._ends = ReportedEnds()
 
     def take(self, u: m.Utterance, speaker: str) -> None:
         """Count a sentence."""
@@ -118,7 +118,7 @@ class _Counter:
             case m.Completed() as report:
                 self._complete(speaker, report)
             case m.Failed(task):
-                found.failed[speaker] += self._is_new(speaker, m.Failed, task)
+                found.failed[speaker] += self._ends.is_new(speaker, m.Failed, task)
             case m.Stop():
                 found.stops[speaker] += 1
             case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
@@ -126,19 +126,13 @@ class _Counter:
                 pending.pop((speaker, to), None)
 
     def _claim(self, speaker: str, claim: m.Claim) -> None:
-        tasks = [self._numbered.get(task, task) for task in claim.tasks]
-        self._reported -= {(speaker, ended, task) for ended in (m.Completed, m.Failed) for task in tasks}
-
-    def _is_new(self, speaker: str, ended: type[m.Statement], task: m.TaskRef) -> bool:
-        """Whether that end of a task was not reported before; it is now."""
-        before = len(self._reported)
-        self._reported.add((speaker, ended, task))
-        return len(self._reported) > before
+        for task in claim.tasks:
+            self._ends.claimed(speaker, self._numbered.get(task, task))
 
     def _complete(self, speaker: str, report: m.Completed) -> None:
         for task in report.tasks:
             self._found.done.setdefault(task.number, speaker)
-            self._found.deeds[speaker] += self._is_new(speaker, m.Completed, task)
+            self._found.deeds[speaker] += self._ends.is_new(speaker, m.Completed, task)
         if report.claim is not None:
             self._claim(speaker, report.claim)
             self._found.claims[speaker] += len(report.claim.tasks)
