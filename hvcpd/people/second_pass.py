@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
+from itertools import chain, product
 
 from hvcpd.language.addressees import FRIEND, GREETINGS, TO_ALL
 from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
@@ -46,9 +47,9 @@ TALK_WORD_COST = 4.0
 
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
-DENYING = ("not", "don't", "never", "unable", "going")
+DENYING = ("not", "do not", "don't", "never", "unable", "going")
 """The first words of a DENIAL ("I am not going to complete task two" was heard as an order by somebody of that name,
-and "do not turn left" as one to Bot or team A), and of a REFUSAL. "Not" has "do" before it, too."""
+and "do not turn left" as one to Bot or team A), and of a REFUSAL."""
 DENYING_PHONES = 6
 """Phones that may follow them, as many as "going to" has after "not"."""
 COSTS = {FRIEND: 5.0, DENIAL: 5.0, REFUSAL: 1.0}
@@ -199,9 +200,8 @@ class SecondPassRecogniser:
     def _sounds(self, word: str) -> Sequence[Sequence[str]]:
         """A word's pronunciations. FRIEND stands for any name: the network has it only where a speaker says its own."""
         if word in (DENIAL, REFUSAL):
-            denying = [said for each in DENYING for said in self._lexicon.sounds(each)]
-            denying += [(*do, *no) for do in self._lexicon.sounds("do") for no in self._lexicon.sounds("not")]
-            return [(*said, *(ANY_PHONE,) * n) for said in denying for n in range(DENYING_PHONES + 1)]
+            denying = (ways for each in DENYING for ways in product(*map(self._lexicon.sounds, each.split())))
+            return [(*chain(*said), *(ANY_PHONE,) * n) for said in denying for n in range(DENYING_PHONES + 1)]
         return ANY_NAME if word == FRIEND else self._lexicon.sounds(word)
 
     def _listener(self) -> EnrolledRecogniser | None:
