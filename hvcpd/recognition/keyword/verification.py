@@ -92,7 +92,7 @@ class _Detection:
     accept_from: int
     """The time from which on a sufficient probability is accepted."""
     heard_again: bool = False
-    """Its probability is that of two hearings, and will not change any more."""
+    """Its probability is that of two hearings."""
     pending: bool = True
     """Not decided yet. What is dropped counts if the call is repeated, or remains when a sentence is subtracted."""
 
@@ -101,9 +101,9 @@ class _Detection:
         return self.probability >= ACCEPT_PROBABILITY
 
     @property
-    def may_be_repeated(self) -> bool:
-        """Whether it counts together with another one."""
-        return self.probability >= PLAUSIBLE_PROBABILITY and (self.heard_again or self.is_sure)
+    def adds_up(self) -> bool:
+        """Whether its log odds count together with those of other calls."""
+        return self.heard_again and self.probability >= PLAUSIBLE_PROBABILITY
 
     def is_within(self, sentence: Recognised) -> bool:
         starts_within = sentence.start_sample - POSITION_TOLERANCE <= self.start
@@ -164,8 +164,8 @@ class CallVerifier:
         before = next((d for d in self._detections if d.start == start), None)
         detection = _Detection(start, end, probability, now, now + (SENTENCE_WAIT if awaited else 0))
         if before is not None:
-            highest = probability if again else max(probability, before.probability)
-            detection = replace(before, end=end, probability=highest, heard_again=again)
+            latest = probability if again else max(probability, before.probability)
+            detection = replace(before, end=end, probability=latest, heard_again=again)
         if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
             return None
         self._recheck_at = self._recheck_at or now + WORD_DELAY
@@ -231,10 +231,10 @@ class CallVerifier:
             for d in self._detections
             if d.end - POSITION_TOLERANCE <= detection.start
             and detection.first_heard - d.first_heard <= REPEAT_WINDOW
-            and d.may_be_repeated
+            and d.adds_up
         ]
         together = logit(detection.probability) + sum(earlier)
-        repeated = bool(earlier) and detection.may_be_repeated
+        repeated = bool(earlier) and detection.adds_up
         return detection.is_sure or (repeated and together >= logit(CLEAR_PROBABILITY))
 
     def _accept(self) -> Verdict:
