@@ -22,6 +22,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 KEY_BYTES = 18
 """144 bits: cannot be guessed."""
 COOKIE = "hvcpd-console"
+"""Beginning of the cookie's name. The port follows: browsers keep cookies by host alone, and a second page at another
+port would take the first one's key away."""
 TOKEN_HEADER = "x-hvcpd-token"
 """A form of another site cannot set this header (Fetch standard, CORS)."""
 MAX_BODY_BYTES = 4096
@@ -93,12 +95,12 @@ class Guard:
         )
 
     def _key_refusal(self, request: Request) -> Response | None:
-        key = self._access.key
-        if key is None or _same(request.cookies.get(COOKIE, ""), key):
+        key, cookie = self._access.key, COOKIE + re.sub(r"\W", "", request.headers["host"])
+        if key is None or _same(request.cookies.get(cookie, ""), key):
             return None
         if request.url.path == "/" and _same(request.query_params.get("key", ""), key):
             answer = RedirectResponse("/", HTTPStatus.SEE_OTHER)
-            answer.set_cookie(COOKIE, key, httponly=True, samesite="strict", path="/")
+            answer.set_cookie(cookie, key, httponly=True, samesite="strict", path="/")
             return answer
         return _refuse(HTTPStatus.FORBIDDEN, "Open the whole address that `hvcpctl console` printed, with its key.")
 

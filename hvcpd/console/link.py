@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ ANSWER_S = 10.0
 LEARNING = ("add", "remove")
 """Requests about tasks that take as long as LEARN_S."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
-"""Delays before each new attempt to connect; the last one is repeated."""
+"""Delays before each new attempt to connect, from a connection on; the last one is repeated."""
 MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
@@ -36,10 +36,18 @@ Reply = dict[str, Any]
 class Link:
     """Passes the events of the daemon at `path` to the scene, and requests to the daemon."""
 
-    def __init__(self, path: Path, scene: Scene, wall_s: Callable[[], float] = time.time) -> None:
+    def __init__(
+        self,
+        path: Path,
+        scene: Scene,
+        wall_s: Callable[[], float] = time.time,
+        pause: Callable[[float], Awaitable[None]] = asyncio.sleep,
+    ) -> None:
         self._path = path
         self._scene = scene
         self._wall_s = wall_s
+        self._pause = pause
+        self._failures = 0
         self._writer: asyncio.StreamWriter | None = None
         self._asked: dict[int, asyncio.Future[Reply]] = {}
         self._next_id = 1
@@ -49,11 +57,9 @@ class Link:
 
     async def run(self) -> None:
         """Follow the daemon until cancelled."""
-        failures = 0
         while True:
             try:
                 await self._follow()
-                failures = 0
             except HvcpdError as error:
                 self._scene.link(False, f"{error}; searching for it again")
             except OSError as error:
@@ -61,8 +67,8 @@ class Link:
                 self._scene.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
             except (LookupError, TypeError, ValueError) as error:  # a reply of another shape than docs/control.md has
                 self._scene.link(False, f"That daemon's answer is unknown here ({error}); searching again")
-            await asyncio.sleep(RETRY_S[min(failures, len(RETRY_S) - 1)])
-            failures += 1
+            await self._pause(RETRY_S[min(self._failures, len(RETRY_S) - 1)])
+            self._failures += 1
 
     async def ask(self, command: str, **arguments: Any) -> Reply:
         """The result of a command. Raises NotRunningError without a daemon, NotDoneError with the daemon's reason."""
@@ -140,6 +146,7 @@ class Link:
         self._early = []
         await self.ask("subscribe", events=EVENTS)
         status = await self.ask("status")
+        self._failures = 0
         self._scene.status(status)
         self._scene.link(True, f"Connected to {status['name']}; reading what was said before …")
         await self._read_back()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from http.cookies import SimpleCookie
+
 import pytest
 
-from hvcpd.console.guard import COOKIE
 from tests.console.asking import Page, request
 
 STOP = {"do": "stop"}
@@ -59,10 +60,22 @@ def test_a_page_with_a_key_is_opened_by_its_address_and_then_by_the_cookie() -> 
     cookie = opened.headers["set-cookie"]
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
-    assert page.get("/", cookie=f"{COOKIE}=secret").status == 200
-    assert page.get("/", cookie=f"{COOKIE}=wrong").status == 403
+    kept = cookie.partition(";")[0]
+    assert page.get("/", cookie=kept).status == 200
+    assert page.get("/", cookie=kept.replace("secret", "wrong")).status == 403
     assert page.act(STOP).status == 403
-    assert page.act(STOP, cookie=f"{COOKIE}=secret").status == 200
+    assert page.act(STOP, cookie=kept).status == 200
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:8766", "[::1]:8766", "localhost"])
+def test_a_second_page_at_another_port_leaves_the_first_one_its_key(host: str) -> None:
+    """Two robots' pages in one browser, which keeps cookies by host alone: the newer one's replaced the older one's."""
+    first, second = Page(key="one"), Page(key="two")
+    jar: SimpleCookie = SimpleCookie(first.get("/?key=one").headers["set-cookie"])
+    jar.load(second.get("/?key=two", host=host).headers["set-cookie"])
+    cookies = "; ".join(f"{name}={kept.value}" for name, kept in jar.items())
+    assert first.act(STOP, cookie=cookies).status == 200
+    assert second.get("/", host=host, cookie=cookies).status == 200
 
 
 def test_every_answer_forbids_foreign_content_and_scripts_in_the_page() -> None:

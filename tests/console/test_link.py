@@ -113,6 +113,27 @@ def test_a_daemon_that_ends_is_told_and_found_again(tmp_path: Path) -> None:
     run(scene())
 
 
+def test_a_daemon_that_was_there_is_looked_for_at_once_however_often_it_ends(tmp_path: Path) -> None:
+    pauses: list[float] = []
+
+    async def pause(seconds: float) -> None:
+        pauses.append(seconds)
+        await asyncio.sleep(0)
+
+    async def scene() -> None:
+        shown = Scene(Viewers())
+        task = asyncio.create_task(Link(tmp_path / "state" / "rob.sock", shown, pause=pause).run())
+        for _ in range(4):
+            async with control(tmp_path) as bench:
+                await until(lambda: is_up(shown), bench)
+                pauses.clear()
+            await until(lambda: len(pauses) > 1)
+            assert pauses[:2] == [0.25, 0.5]
+        task.cancel()
+
+    run(scene())
+
+
 @pytest.mark.parametrize(
     "line",
     [
