@@ -123,7 +123,7 @@ class NotDoneError(HvcpdError):
 
 
 class BusyError(NotDoneError):
-    """The daemon lives, and has no time for us: too many programs ask it."""
+    """The daemon lives, and has no time for us: too many programs ask it, or it hangs."""
 
 
 class KeyFileError(HvcpdError):

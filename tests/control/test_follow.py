@@ -6,6 +6,7 @@ import io
 import json
 import socket
 import threading
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from hvcpd.control.live import follow
 from hvcpd.control.live.daemon_client import DaemonClient
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.daemon.control_protocol import PROTOCOL
-from hvcpd.errors import NotRunningError
+from hvcpd.errors import BusyError, NotRunningError
 
 STATUS = {"state": "ready", "wall_s": 1000.0, "now_s": 10.0, "name": "Rob"}
 HEARD = {
@@ -32,11 +33,12 @@ HEARD = {
 class ScriptedDaemon:
     """A daemon's socket: each client is told these events once it has subscribed, and then hung up on."""
 
-    def __init__(self, path: Path, events: list[dict[str, object]], lives: int) -> None:
+    def __init__(self, path: Path, events: list[dict[str, object]], lives: int, busy: int = 0) -> None:
+        """`busy`: how many clients it turns away first, as one that has too many does."""
         self._server = socket.socket(socket.AF_UNIX)
         self._server.bind(str(path))
         self._server.listen()
-        self._events, self._lives = events, lives
+        self._events, self._lives, self._busy = events, lives, busy
         self._thread = threading.Thread(target=self._serve)
 
     def __enter__(self) -> ScriptedDaemon:
@@ -48,6 +50,12 @@ class ScriptedDaemon:
         self._server.close()
 
     def _serve(self) -> None:
+        for _ in range(self._busy):
+            client, _ = self._server.accept()
+            client.sendall(
+                json.dumps({"ok": False, "error": {"code": "busy", "text": "too many clients"}}).encode() + b"\n"
+            )
+            client.close()
         for _ in range(self._lives):
             asking, hearing = (self._welcome() for _ in range(2))
             self._answer(hearing, {})
@@ -108,6 +116,26 @@ def test_a_daemon_that_ends_is_waited_for(tmp_path: Path, capsys: pytest.Capture
     assert len(out.splitlines()) == 2, "one event of each life"
     assert err.count("waiting for it to come back") == 2
     assert "Rob is back" in err
+
+
+def test_a_daemon_that_has_too_many_clients_is_waited_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = make_parser().parse_args(["follow", "--json", "--socket", str(tmp_path / "rob.sock")])
+    with ScriptedDaemon(tmp_path / "rob.sock", [HEARD], lives=1, busy=4):
+        follow.run(options, wait=lambda _s: None, n_events=1)
+    out, err = capsys.readouterr()
+    assert len(out.splitlines()) == 1
+    assert err.splitlines() == [*["hvcpctl: too many clients; waiting for it to come back"] * 2, "hvcpctl: Rob is back"]
+
+
+def test_a_frozen_daemon_is_one_that_has_no_time(tmp_path: Path) -> None:
+    """A bridge to MQTT ended with a daemon that the watchdog then started again; a button there stopped nobody."""
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(tmp_path / "rob.sock"))
+        server.listen()
+        with closing(DaemonClient(tmp_path / "rob.sock")) as daemon:
+            daemon.patience_s = 0.01
+            with pytest.raises(BusyError, match="is it frozen"):
+                daemon.ask("subscribe")
 
 
 def test_an_event_that_comes_in_pieces_is_waited_for(tmp_path: Path) -> None:

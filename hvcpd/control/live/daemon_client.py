@@ -43,7 +43,8 @@ _REFUSALS: dict[str, type[HvcpdError]] = {
 
 
 class DaemonClient:
-    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if the daemon is too busy."""
+    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if the daemon is too busy or
+    frozen."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -141,7 +142,7 @@ class DaemonClient:
         try:
             return self._next_object()
         except TimeoutError:
-            raise NotDoneError(
+            raise BusyError(
                 f"the daemon at {self.path} does not answer; is it frozen? See `systemctl status hvcpd`"
             ) from None
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
-from hvcpd.errors import EX_OK, NotRunningError
+from hvcpd.errors import EX_OK, BusyError, NotRunningError
 
 if TYPE_CHECKING:
     from hvcpd.control.live.follow_lines import FollowLines
@@ -82,7 +82,7 @@ class JsonShow:
 
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
-    """Follow until interrupted; wait for a daemon that has ended."""
+    """Follow until interrupted; wait for a daemon that has ended or does not answer."""
     more = {"moved": options.poses, "sound": options.sound}
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
@@ -98,22 +98,23 @@ def watch(
     more: Sequence[str] = (),
 ) -> None:
     """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
-    following = _connect(options)  # if there is none at the start, that is said at once
+    following, is_back = _connect(options), False  # if there is none at the start, that is said at once
     while True:
         with closing(following):
             try:
+                if is_back:
+                    show.note(f"{following.asking.name} is back")
                 following.run(show, n_events, more)
                 return
-            except NotRunningError as error:
+            except (NotRunningError, BusyError) as error:
                 show.note(f"{error}; waiting for it to come back")
-        following = _connect_again(options, wait)
-        show.note(f"{following.asking.name} is back")
+        following, is_back = _connect_again(options, wait), True
 
 
 def _connect_again(options: argparse.Namespace, wait: Callable[[float], None]) -> Following:
     while True:
         wait(LOOK_S)
-        with suppress(NotRunningError):
+        with suppress(NotRunningError, BusyError):
             return _connect(options)
 
 

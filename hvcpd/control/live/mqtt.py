@@ -156,14 +156,14 @@ class MqttShow:
         self._broker.keep(f"{self._broker.topic}/available", "online")
 
     def note(self, text: str) -> None:
-        """The daemon has ended, or is back; then its status is sent at once."""
+        """The daemon has ended or does not answer, or is back; then its status is sent at once."""
         self._sent = {}
         sys.stderr.write(f"hvcpctl: {text}\n")
         self._broker.keep(f"{self._broker.topic}/available", "offline")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Bridge until interrupted; wait for a daemon that has ended."""
+    """Bridge until interrupted; wait for a daemon that has ended or does not answer."""
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
     commands = Commands(path, options.commands)
