@@ -99,8 +99,8 @@ def find_device(
 ) -> SoundDevice:
     """The device whose name is, or else contains, `wanted` without regard to case; None is the system's default.
 
-    An ALSA name with a card's id, as "hw:CARD=Device" or "plughw:Device,0", is that card's device, whatever its number
-    is at present. Raises DeviceError that names the nearest device, or all there are.
+    An ALSA name, as "hw:CARD=Device" or "plughw:1,0", is that card's device; with its id, whatever its number is at
+    present. Raises DeviceError that names the nearest device, or all there are.
     """
     able = [device for device in list_devices(backend) if device.can(direction)]
     kind = KIND[direction]
@@ -109,9 +109,8 @@ def find_device(
     if wanted is None:
         return _default_device(backend, direction, able)
     key = f"audio.{direction}_device"
-    by_id = ALSA_NAME.fullmatch(wanted)
-    if by_id is not None and not by_id["id"].isdigit():
-        return _device_of_card(by_id, key, kind, able, cards())
+    if card := ALSA_NAME.fullmatch(wanted):
+        return _device_of_card(card, key, kind, able, cards())
     matches = [device for device in able if wanted.casefold() == device.name.casefold()]
     matches = matches or [device for device in able if wanted.casefold() in device.name.casefold()]
     if len(matches) > 1:
@@ -126,7 +125,7 @@ def find_device(
 def _device_of_card(
     wanted: re.Match[str], key: str, kind: str, able: Sequence[SoundDevice], cards: Mapping[str, int]
 ) -> SoundDevice:
-    number = cards.get(wanted["id"])
+    number = int(wanted["id"]) if wanted["id"].isdecimal() else cards.get(wanted["id"])
     if number is None:
         near = alike(wanted["id"], cards, 0.5)
         listed = ", ".join(map(repr, cards))

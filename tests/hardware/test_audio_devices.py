@@ -118,8 +118,12 @@ def test_a_card_without_that_direction() -> None:
     assert HEADSET["name"] in message
 
 
-def test_a_number_is_a_part_of_the_name_as_ever() -> None:
-    assert find_device(FakeCard(ALL), "output", "hw:1,0", dict).index == 1
+@pytest.mark.parametrize("wanted", ["hw:1,0", "plughw:1,0", "hw:1", "plughw:CARD=1,DEV=0"])
+def test_a_card_is_found_by_its_number_too(wanted: str) -> None:
+    """As `arecord -D plughw:1,0` has it; there was "no microphone" of that name, and hw:1 was hw:12, too."""
+    card = FakeCard((device("twelve (hw:12,0)", 1, 1), device("one (hw:1,0)", 1, 1)))
+    assert find_device(card, "input", wanted, dict).index == 1
+    assert "has no microphone '(hw:3,0)'" in fault(card, "input", "plughw:3,0")
 
 
 def test_the_kernels_list_of_cards(tmp_path: Path) -> None:
