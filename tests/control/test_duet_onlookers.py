@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from hvcpd.control.duet.onlookers import ANSWER_S, LATER, TIMES, UNHEARD, Onlooker, Visit
+from hvcpd.control.duet.onlookers import ANSWER_S, LATER, TIMES, TYPED_BYTES, UNHEARD, Onlooker, TypedLines, Visit
 
 
 def visit(times: list[float], addressee: str = "", may_wait: bool = False) -> Visit:
@@ -79,6 +79,17 @@ def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> 
     onlooker.tell({"event": "said", "text": "Stop", "at_s": 6.0}, "Rob")
     onlooker.tell({**heard, "at_s": 6.2}, "Bot")
     assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
+
+
+def test_lines_that_come_in_pieces_are_put_together() -> None:
+    """Of a script in a pipe, the sentence at byte 4096 was cut in two."""
+    typed = TypedLines()
+    assert typed.take(b"all sto") == []
+    assert typed.take(b"p\n\n \r\nRob, re\xc3") == ["all stop"]
+    assert typed.take(b"\xa9") == []
+    assert typed.take(b"") == ["Rob, re\u00e9"], "the end of the input ends the line"
+    assert typed.take(b"") == []
+    assert typed.take(b"x" * TYPED_BYTES) == ["x" * TYPED_BYTES], "no line is kept for ever"
 
 
 def test_what_was_typed_cannot_steer_the_terminal() -> None:

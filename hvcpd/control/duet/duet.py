@@ -21,7 +21,7 @@ from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_with_sources
-from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
+from hvcpd.control.duet.onlookers import TYPED_BYTES, Onlooker, TypedLines, Visitor, page
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
 from hvcpd.control.simulate.team import refuse_same_sound
@@ -40,8 +40,6 @@ from hvcpd.synthesis.likeness import name_check
 
 START_X_M = -5.0
 """Start of the first robot; the others start beside it, 1 m apart."""
-TYPED_BYTES = 4096
-"""A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
 """The visitor's name, which the robots know from the start."""
 LEAVE_S = 8.0
@@ -289,14 +287,14 @@ class Duet:
 
     def _listen(self, typed: Any) -> bool:
         """Take lines as they are typed; False for an input that cannot be polled, such as a file."""
+        lines = TypedLines()
 
         def take() -> None:
             data = os.read(typed.fileno(), TYPED_BYTES)
             if not data:
                 asyncio.get_running_loop().remove_reader(typed)
-            for line in data.decode(errors="replace").splitlines():
-                if line.strip():
-                    self.say(line)
+            for line in lines.take(data):
+                self.say(line)
 
         with suppress(PermissionError, ValueError, OSError):
             asyncio.get_running_loop().add_reader(typed, take)

@@ -32,12 +32,28 @@ TIMES = 2
 """Attempts of a visitor at one sentence."""
 ECHO_S = 1.0
 """Largest difference between the beginnings of a call as it was said and as a robot hears it, or hears it again."""
+TYPED_BYTES = 4096
+"""A terminal's longest line (termios(3))."""
 SOMEBODY = "somebody"
 """The speaker of a sentence without a name, in an event."""
 KEYS = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|O.)|[\x00-\x1f\x7f]")
 """What terminals send for arrows and the like (control sequences, ECMA-48): typed by mistake, and no part of a word."""
 UNHEARD = "that was not understood; say it again"
 LATER = "said once a robot has spoken; until then they obey only “stop”"
+
+
+class TypedLines:
+    """Puts lines together that come in pieces: a terminal hands over whole ones, a pipe whatever has come."""
+
+    def __init__(self) -> None:
+        self._begun = b""
+
+    def take(self, data: bytes) -> list[str]:
+        """The lines that `data` completes, without empty ones; b"", the end, completes what has begun."""
+        *lines, self._begun = (self._begun + (data or b"\n")).split(b"\n")
+        if len(self._begun) >= TYPED_BYTES:  # no sentence; it is told as such
+            lines, self._begun = [*lines, self._begun], b""
+        return [text for line in lines if (text := line.decode(errors="replace")).strip()]
 
 
 class Visitor:
