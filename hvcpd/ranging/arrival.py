@@ -160,7 +160,7 @@ class _Peaks:
         rising = np.flatnonzero(np.diff(alone) > 0.0)
         side = float(alone[rising[0] :].max() / alone[0]) if len(rising) else 0.0
         self._width = _crossing(alone, EDGE * alone[0])
-        loudest = int(envelope.argmax())
+        loudest = int(envelope[:-1].argmax())  # a peak has two neighbours
         begin = max(loudest - EARLY * FINER, 1)
         self._noise = float(np.sqrt(np.mean(envelope[QUIET[0] * FINER : max(begin, QUIET[1] * FINER)] ** 2)))
         least = max(max(FAINTEST, ABOVE_SIDE * side) * envelope[loudest], ABOVE_NOISE * self._noise)

@@ -78,3 +78,9 @@ def test_where_it_is_not_said_nothing_stands_out() -> None:
     found = arrival(noise, VOICE, REACH)
     assert found is None or found.clear < 8.0
     assert arrival(np.zeros(LENGTH + 2 * REACH, np.float32), VOICE, REACH) is None
+
+
+def test_a_peak_at_the_last_lag_is_no_peak() -> None:
+    """Of a tone in what is next to silence; it had no neighbour, and ended in an exception."""
+    tone = np.sin(np.arange(4096) * 0.1).astype(np.float32)
+    assert arrival(np.full(len(tone) + 2 * REACH, 1e-30, np.float32), tone, REACH) is None
