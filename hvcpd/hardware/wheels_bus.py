@@ -11,7 +11,7 @@ import termios
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from dynamixel_sdk import BROADCAST_ID, COMM_RX_CORRUPT, COMM_SUCCESS, INST_PING
+from dynamixel_sdk import BROADCAST_ID, COMM_RX_CORRUPT, COMM_SUCCESS, COMM_TX_FAIL, INST_PING
 
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.groups import group_of
@@ -208,7 +208,8 @@ class DynamixelBus:
     def _sent(self, result: int) -> None:
         if result != COMM_SUCCESS:
             self._port.is_using = False
-            raise BusError(f"{self.path}: {self._protocol.getTxRxResult(result)}")
+            hangs = "the device takes no more bytes; does it hang? Press its reset button, or switch it off and on"
+            raise BusError(f"{self.path}: {hangs if result == COMM_TX_FAIL else self._protocol.getTxRxResult(result)}")
 
     def _receive(self, device_id: int, size: int, what: str) -> bytes:
         """The `size` parameters of the device's reply. Replies of others, or of another size, are late ones: skip them.

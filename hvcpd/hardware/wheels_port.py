@@ -1,14 +1,17 @@
 """The serial port under `dynamixel-sdk`: the SDK's own port handler, but waiting instead of busy polling.
 
-The SDK asks a port without pause whether bytes have come, which costs a whole core while a reply is under way, and it
-times replies by the wall clock, which may jump. `WaitingPort` sleeps in `select` and uses the monotonic clock.
+The SDK asks a port without pause whether bytes have come, which costs a whole core while a reply is under way, it
+times replies by the wall clock, which may jump, and pyserial waits without end for a device that takes no bytes.
+`WaitingPort` sleeps in `select`, uses the monotonic clock, and waits for no such device.
 """
 
 from __future__ import annotations
 
+import os
 import select
 import termios
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol
 
@@ -42,7 +45,7 @@ class Port(Protocol):
 
     def readPort(self, length: int) -> bytes: ...  # noqa: N802
 
-    def writePort(self, packet: list[int]) -> int: ...  # noqa: N802
+    def writePort(self, packet: Sequence[int]) -> int: ...  # noqa: N802
 
     def setPacketTimeout(self, packet_length: int) -> None: ...  # noqa: N802
 
@@ -84,6 +87,14 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
             self.ser.close()
         self.is_open = False
         self.is_using = False
+
+    def writePort(self, packet: Sequence[int]) -> int:  # noqa: N802
+        """The number of bytes that are taken: 0 where a controller hangs, its USB still alive, and the kernel's buffer
+        is full."""
+        try:
+            return os.write(self.ser.fileno(), bytes(packet))
+        except BlockingIOError:
+            return 0
 
     def getCurrentTime(self) -> float:  # noqa: N802
         """Milliseconds on a clock that never jumps."""

@@ -1,5 +1,7 @@
 """Registers over the SDK: no late reply is ever taken for another register's."""
 
+import os
+import termios
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -55,6 +57,23 @@ def test_a_late_reply_is_not_taken_for_a_register_of_the_same_size(bus: FakeBus,
     with pytest.raises(BusError, match="no answer"):
         line.read(1, registers.FIRMWARE_VERSION)
     assert line.read(1, registers.PRESENT_TEMPERATURE) == 30  # and not 45
+
+
+def test_a_device_that_takes_no_bytes_fails_and_is_there_again_afterwards(bus: FakeBus) -> None:
+    """Pyserial waited for it for ever, and with it the thread of the wheels."""
+    line = DynamixelBus(bus.path, 1_000_000, 1.0)
+    line.open()
+    tty = os.open(bus.path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        termios.tcflow(tty, termios.TCOOFF)
+        for _ in range(3):
+            with pytest.raises(BusError, match=r"takes no more bytes; does it hang\? Press its reset button"):
+                line.read(1, registers.OPERATING_MODE)
+        termios.tcflow(tty, termios.TCOON)
+        assert line.read(1, registers.OPERATING_MODE) == 3
+    finally:
+        os.close(tty)
+        line.close()
 
 
 @pytest.mark.parametrize("delayed", range(1, 12))
