@@ -23,7 +23,7 @@ from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, power_ratio
 from hvcpd.recognition.keyword.net import DELAY_FRAMES, WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME
-from hvcpd.recognition.stream import FrameStream
+from hvcpd.recognition.stream import FrameStream, cleaned
 
 BLOCK = 320
 """Number of samples processed at a time: 20 ms."""
@@ -193,7 +193,7 @@ class BargeInDetector:
         self._follow(len(samples), speaking)
         released = self._released(len(samples))
         self._doubt_left = max(self._doubt_left - len(samples), 0)
-        return released + self._found(samples) if self._listens else released
+        return released + self._found(cleaned(samples)) if self._listens else released
 
     def _follow(self, n: int, speaking: bool) -> None:
         """Listen on for a moment after the own voice, but not to a next sentence that it was not told to listen to."""

@@ -126,6 +126,14 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
 
 
+@pytest.mark.parametrize("rubbish", [np.nan, np.inf, -1e30])
+def test_samples_that_are_no_sound_deafen_nobody_for_longer(rubbish: float) -> None:
+    """A sound server's filter may give them; the echo canceller learned from them, and was deaf to every later call."""
+    heard, _ = called_over_the_second_sentence((1.2,))
+    heard[20_000:20_100] = rubbish
+    assert [type(event) for event in listen(heard, make_barge_in_detector())] == [Urgent]
+
+
 def called_over_the_second_sentence(at_s: tuple[float, ...]) -> tuple[Samples, int]:
     """The own voice with calls 5 dB below it, `at_s` after the second sentence's beginning, which is returned too."""
     heard = through_room(own_voice(), 20.0, 4)
