@@ -75,6 +75,18 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
     assert "--no-block" in done.stdout, "making its words takes a robot minutes"
 
 
+def test_removal_disables_each_unit_and_a_purge_forgets_each_ones_folder() -> None:
+    """The skills' service was left enabled, a link to nothing, and its folder stayed."""
+    prerm, postrm = ((TEMPLATES / script).read_text() for script in ("prerm", "postrm"))
+    units = {source: (REPOSITORY / source).read_text() for source, to in FILES.items() if "systemd/system/" in to}
+    assert len(units) == 3
+    for source, unit in units.items():
+        assert Path(source).name.replace("@", "@*") in prerm
+        assert set(re.findall(r"^StateDirectory=(\S+)", unit, re.MULTILINE)) <= set(
+            re.findall(r"/var/lib/(\S+)", postrm)
+        )
+
+
 def test_docstrings_of_what_the_daemon_loads_are_not_compiled_nor_what_only_simulations_load(tmp_path: Path) -> None:
     for folder in ("numpy", "rich", "hvcpd/evaluation", "hil_fakes"):
         (tmp_path / folder).mkdir(parents=True)
@@ -112,7 +124,7 @@ def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path)
         assert OWN_LINE in settings.read_text(), "dpkg did not ask, as nobody else changed it"
         assert memory.read_text() == "what the robot remembers"
 
-        robot.run("systemctl", "enable", "hvcpd")
+        robot.run("systemctl", "enable", "hvcpd", "hvcpd-skills")
         robot.run("dpkg", "--remove", "hvcpd")
         assert not (robot.root / "usr/lib/hvcpd").exists(), "compiled files go too"
         assert not (robot.root / "usr/bin/hvcpd").exists()
