@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from hvcpd.control.doctor.diagnosis import run_command
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 
 
@@ -29,6 +30,12 @@ def card(folder: Path, number: int, name: str, device: str, status: str) -> None
 
 def found(a_board: Board) -> list[tuple[str, str, str]]:
     return [(each.subject, str(each.grade), each.text) for each in look_at_board(a_board)]
+
+
+def test_what_a_command_prints_need_be_no_text() -> None:
+    """As the name of a sound card's control, which its maker wrote."""
+    assert run_command(("printf", r"Mikrofon \374")) == "Mikrofon \ufffd"
+    assert run_command(("no-such-command-here",)) is None
 
 
 def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ RunCommand = Callable[[Sequence[str]], str | None]
 def run_command(command: Sequence[str]) -> str | None:
     """The command's output; None if it is missing or takes longer than 10 s."""
     try:
-        done = subprocess.run(list(command), capture_output=True, text=True, check=False, timeout=10.0)
+        done = subprocess.run(list(command), capture_output=True, errors="replace", check=False, timeout=10.0)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout
