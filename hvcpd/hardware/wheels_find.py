@@ -49,7 +49,7 @@ KINDS = {"dynamixel": "two DYNAMIXEL motors", "opencr": "OpenCR with TurtleBot3 
 
 @dataclass(frozen=True)
 class WheelFinding:
-    """The result of the handshake. Without problems `kind` and `port` are known."""
+    """The result of the handshake. `kind` is what has answered at the port; without problems both are known."""
 
     kind: Kind | None = None
     port: str = ""
@@ -165,25 +165,30 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort) -> Wh
         kind = _kind(settings, bus)
         if kind is None:
             return WheelFinding(None, port, (_nobody(settings, port, bus, make_port),))
-        problems = _other_kind(settings, bus)
+        is_there = _answers(bus, _ids(settings, kind))
+        problems = [] if is_there else _other_kind(settings, bus)
         if not problems:
             problems = _inspect(settings, kind, bus)
-            if settings.driver == "dynamixel" and not _answers(bus, settings.ids):
+            if kind == "dynamixel" and not is_there:
                 problems += _elsewhere(settings, port, bus, make_port)
         facts = twice(lambda: tuple(_facts(settings, kind, bus))) if not problems else ()
     except BusError as error:
         return WheelFinding(None, port, (str(error),))
     finally:
         bus.close()
-    return WheelFinding(kind, port, tuple(f"{port}: {problem}" for problem in problems), facts)
+    found = kind if is_there or not problems else None
+    return WheelFinding(found, port, tuple(f"{port}: {problem}" for problem in problems), facts)
 
 
 def _kind(settings: WheelSettings, bus: DynamixelBus) -> Kind | None:
     if settings.driver == "dynamixel" or settings.driver == "opencr":
         return settings.driver
-    if _answers(bus, (opencr.DEVICE_ID,)):
-        return "opencr"
-    return "dynamixel" if _answers(bus, settings.ids) else None
+    kinds: tuple[Kind, ...] = ("opencr", "dynamixel")
+    return next((kind for kind in kinds if _answers(bus, _ids(settings, kind))), None)
+
+
+def _ids(settings: WheelSettings, kind: Kind) -> Sequence[int]:
+    return (opencr.DEVICE_ID,) if kind == "opencr" else settings.ids
 
 
 def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str]:
@@ -193,10 +198,9 @@ def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str
 
 
 def _other_kind(settings: WheelSettings, bus: DynamixelBus) -> list[str]:
-    """Whether it is the other kind of wheels that answers, and only that."""
-    ids: dict[str, Sequence[int]] = {"opencr": (opencr.DEVICE_ID,), "dynamixel": settings.ids}
-    there = {"opencr": "dynamixel", "dynamixel": "opencr"}.get(settings.driver)
-    if there is None or _answers(bus, ids[settings.driver]) or not _answers(bus, ids[there]):
+    """Whether the other kind of wheels answers."""
+    there: Kind = "dynamixel" if settings.driver == "opencr" else "opencr"
+    if settings.driver == AUTO or not _answers(bus, _ids(settings, there)):
         return []
     return [f"{KINDS[there]} found, but wheels.driver is {settings.driver}: set it to {there} or auto"]
 

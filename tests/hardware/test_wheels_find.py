@@ -53,6 +53,29 @@ def test_opencr_is_found_behind_another_device(devices: Path) -> None:
     assert finding.facts == ("12.0 V",)
 
 
+@pytest.mark.parametrize("driver", ["opencr", "dynamixel"])
+def test_the_wheels_that_are_wanted_are_found_behind_another_device(
+    devices: Path, driver: Literal["dynamixel", "opencr"]
+) -> None:
+    """With the driver named, the first port was taken for theirs, whatever was there."""
+    wanted = [FakeOpenCR()] if driver == "opencr" else turtlebot3_pair()
+    with FakeBus([FakeMotor(9)]) as arm, FakeBus(wanted) as robot:
+        plug(devices, "ttyUSB0", arm, "usb-1a86_USB_Serial-if00")
+        plug(devices, "ttyACM0", robot, "usb-ROBOTIS_OpenCR-if00")
+        finding = examine(WheelSettings(driver=driver), paced(arm, robot), devices)
+        assert (finding.kind, finding.problems) == (driver, ())
+        assert finding.port.endswith("usb-ROBOTIS_OpenCR-if00")
+
+
+def test_of_each_port_it_is_told_why_it_is_not_the_wheels(devices: Path) -> None:
+    with FakeBus([FakeMotor(9)]) as arm, FakeBus([FakeOpenCR()]) as robot:
+        plug(devices, "ttyUSB0", arm)
+        plug(devices, "ttyUSB1", robot)
+        problems = " ".join(examine(WheelSettings(driver="dynamixel"), paced(arm, robot), devices).problems)
+    assert "ttyUSB0: left motor (ID 1): no answer; the line has ID 9" in problems
+    assert "ttyUSB1: OpenCR with TurtleBot3 firmware found, but wheels.driver is dynamixel" in problems
+
+
 def test_motors_are_found_and_their_state_told(devices: Path) -> None:
     with FakeBus(turtlebot3_pair()) as robot:
         plug(devices, "ttyUSB0", robot)
