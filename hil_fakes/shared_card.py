@@ -62,9 +62,9 @@ class SharedCard:
             raise
         return [heard for _ in played]
 
-    def say(self, sound: Samples) -> Callable[[], bool]:
-        """Have a visitor say it through the loudspeaker in the next pause; tells whether it is said."""
-        return self._visitor.say(sound)
+    def say(self, sound: Samples, at_once: bool = False) -> Callable[[], bool]:
+        """Have a visitor say it through the loudspeaker; see `Voice.say`."""
+        return self._visitor.say(sound, at_once)
 
     async def close(self) -> None:
         """Let go of the card."""

@@ -70,9 +70,9 @@ class SimulatedAir:
             await self._pace(self._now_s)
         return [(each + said).astype(np.float32) for each in heard]
 
-    def say(self, sound: Samples) -> Callable[[], bool]:
-        """Have a visitor say it, 1 m from every robot, in the next pause; tells whether it is said."""
-        return self._visitor.say(sound)
+    def say(self, sound: Samples, at_once: bool = False) -> Callable[[], bool]:
+        """Have a visitor say it, 1 m from every robot; see `Voice.say`."""
+        return self._visitor.say(sound, at_once)
 
 
 PAUSE_S = 0.2
@@ -84,7 +84,7 @@ PATIENCE_S = 6.0
 
 
 class Voice:
-    """A visitor's sentences, each said as a whole in the next pause of the robots."""
+    """A visitor's sentences: each is said as a whole in the next pause of the robots, a call at once."""
 
     def __init__(self) -> None:
         self._waiting: deque[Samples] = deque()
@@ -92,8 +92,15 @@ class Voice:
         self._quiet = self._waited = 0  # samples
         self._said = 0
 
-    def say(self, sound: Samples) -> Callable[[], bool]:
-        """Say it after the sentences that wait; shape (n,), float32. Returns what tells whether it is said."""
+    def say(self, sound: Samples, at_once: bool = False) -> Callable[[], bool]:
+        """Say it after the sentences that wait; or `at_once`, over the robots' voices, in place of all that she was
+        saying or was to say. Shape (n,), float32. Returns what tells whether it is over."""
+        if at_once:
+            if self._begun:
+                sound = np.concatenate((np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32), sound))
+            self._said += len(self._waiting)
+            self._waiting.clear()
+            self._begun = True
         self._waiting.append(sound)
         last = len(self._waiting) + self._said
         return lambda: self._said >= last

@@ -112,6 +112,7 @@ def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     """Halt, and make sure that all for whom it was meant do."""
     now, to = heard.now, heard.to
+    halting.withdraw_resumes(me)
     if not is_for(me, to):
         return
     halting.refuse_to_resume(me, heard.said_s)

@@ -58,6 +58,7 @@ def call(me: Knowledge, topic: str, stop: m.Utterance, now: float) -> None:
     """Say "stop" at once, over any other speech, and unless it is for one robot again, for those that missed it; no
     longer if this robot stands now and is released meanwhile."""
     interrupt(me)
+    withdraw_resumes(me)
     stands = me.latched
     times_s = (now,) if isinstance(stop.addressee, m.ToRobot) else (now, now + me.timing.stop_again_s)
     for number, at_s in enumerate(times_s):
@@ -89,6 +90,11 @@ def refuse_to_resume(me: Knowledge, said_s: float) -> None:
     that is understood only later, and one that the robot was still to say for its owner."""
     me.repair.stop_s = max(me.repair.stop_s, said_s)
     me.repair.resume_s = NEVER_S  # "resume" is to be heard twice after it
+    withdraw_resumes(me)
+
+
+def withdraw_resumes(me: Knowledge) -> None:
+    """Say no "resume" that the owner asked for before a "stop", whichever robot that was for."""
     me.floor.withdraw_all(RESUMES)
 
 

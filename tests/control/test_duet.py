@@ -90,7 +90,7 @@ def test_at_the_first_start_words_are_rendered_elsewhere_and_none_by_the_daemons
     with ExitStack() as stack:
         bodies = [stack.enter_context(Body(w.settings.start.pose, k)) for k, w in enumerate(wirings)]
         room = SharedRoom(bodies, watch)
-        both = Duet(wirings, room, Visitor(VISITOR, wirings[0], lambda _: lambda: True), io.StringIO())
+        both = Duet(wirings, room, Visitor(VISITOR, wirings[0], lambda *_: lambda: True), io.StringIO())
         for stream, daemon in zip(room.streams, both.daemons, strict=True):
             stream.settled = daemon.settled  # all that they render, they render before the first block
         with (tmp_path / "nothing").open("w+") as typed, pytest.raises(OverError):
@@ -130,7 +130,7 @@ def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     tasks.write_text(one + "- {number: 2, name: guard the door, actions: [{wait: 1}]}\n")
     wiring = rereading.read(None)[1]
     assert len(wiring.tasks.tasks) == 2
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Bot", 1).read(None)[1], lambda _: lambda: True)
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Bot", 1).read(None)[1], lambda *_: lambda: True)
     tasks.write_text(one.replace("fetch the ball", "sweep the floor"))
     with pytest.raises(PhraseError):
         visitor.say("Hi Rob, I am Anna, sweep the floor")
@@ -143,7 +143,7 @@ def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
     options = make_parser().parse_args(["duet", "--pipe"])
     played: list[Samples] = []
 
-    def play(sound: Samples) -> Callable[[], bool]:
+    def play(sound: Samples, _at_once: bool) -> Callable[[], bool]:
         played.append(sound)
         return lambda: True
 
@@ -156,9 +156,36 @@ def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
 def test_an_arrow_pressed_before_a_sentence_is_no_part_of_it(tmp_path: Path) -> None:
     """ "Stop" after an arrow key was refused."""
     options = make_parser().parse_args(["duet", "--pipe"])
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], lambda _: lambda: True)
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], lambda *_: lambda: True)
     for typed in ("\x1b[Astop", "\x1bOBstop\x07", "\x1b[1;5Dst\x1b[3~op"):
         assert visitor.say(typed).line == "Anna: stop"
+
+
+def test_no_line_with_stop_is_refused_and_each_is_said_at_once(tmp_path: Path) -> None:
+    """ "Stop stop" and "stop now" were refused, and "stop" waited for a pause, and behind what was typed before."""
+    options = make_parser().parse_args(["duet", "--pipe"])
+    at_once: list[bool] = []
+
+    def play(_: Samples, says_at_once: bool) -> Callable[[], bool]:
+        at_once.append(says_at_once)
+        return lambda: True
+
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play)
+    for typed in ("stop", "stop stop", "STOP!!!", "stop now", "Rob, stop it", "no, stop", "stopp stop"):
+        called = visitor.say(typed)
+        called.again()
+        assert called.line == ("Anna: STOP!!!" if typed == "STOP!!!" else "Anna: stop")
+        assert called.concerns("Bot")
+        assert not called.may_wait
+    visitor.say("Bot, stop").again()
+    assert all(at_once)
+    assert visitor.say("what is left").may_wait
+    assert not visitor.say("resume").may_wait, "after a stop that was typed later it would undo that"
+    visitor.say("resume").again()
+    assert not at_once[-1]
+    for typed in ("stopp", "the stopover", "I have stopped"):
+        with pytest.raises(PhraseError):
+            visitor.say(typed)
 
 
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -274,6 +301,20 @@ def test_a_visitor_waits_for_a_pause_says_it_as_a_whole_and_interrupts_in_the_en
     waited = [voice.take([block(0.1)]).any() for _ in range(round(PATIENCE_S / blocks_s))]
     assert waited.count(True) == 1
     assert waited[-1]
+
+
+def test_a_call_waits_for_no_voice_and_replaces_what_the_visitor_was_saying_or_was_to_say() -> None:
+    """A "resume" that was typed before came after it, and released the robots."""
+    voice, robot = Voice(), block(0.1)
+    voice.say(np.full(4 * BLOCK, 0.5, np.float32), at_once=True)
+    assert voice.take([robot]).all(), "a robot speaks"
+    sentences = [voice.say(block(0.25)) for _ in range(3)]
+    is_called = voice.say(block(0.75), at_once=True)
+    assert all(is_over() for is_over in sentences)
+    said = [float(voice.take([robot])[0]) for _ in range(round(PATIENCE_S / BLOCK_S) + 1)]
+    assert is_called()
+    assert [level for level in said if level] == [0.75]
+    assert said.index(0.75) == round(PAUSE_S / BLOCK_S), "after words of her own it is heard if there is a pause"
 
 
 def test_a_visitor_pauses_between_sentences_of_her_own() -> None:

@@ -146,6 +146,23 @@ def test_a_stop_outdoes_a_resume_that_the_robot_is_still_to_say_for_its_owner(by
     assert rob.state is State.STOPPED
 
 
+@pytest.mark.parametrize("by_voice", [True, False])
+def test_a_stop_for_another_robot_outdoes_its_resume_that_the_owner_has_asked_for_before(by_voice: bool) -> None:
+    """Rob said "stop" to Bot at once, and "resume", which was asked for before, when its turn came."""
+    mission = Mission(("Rob", "Bot"), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob, book = mission.robots["Rob"], mission.book
+    assert rob.say(book.parse_text("Hi Bot, I am Rob, resume"), 45.0) is None
+    if by_voice:
+        mission.hear(45.1, "Bot stop")
+    else:
+        assert rob.say(book.parse_text("Bot stop"), 45.0) is None
+        mission.air.refresh(("Rob",))
+    mission.air.run_until(120.0)
+    assert "Hi Bot, I am Rob, resume" not in mission.written(45.0)
+    assert mission.robots["Bot"].state is State.STOPPED
+
+
 @pytest.mark.parametrize("name", ["Rob", "rob"])
 def test_stop_is_obeyed_from_whoever_gives_the_robots_own_name(name: str) -> None:
     mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)

@@ -18,8 +18,10 @@ from hvcpd.control.live.console import live_page, missing_parts
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.errors import PhraseError
 from hvcpd.language.addressees import FRIEND, ToRobot
-from hvcpd.language.messages import Stop, for_robots
+from hvcpd.language.messages import Resume, Stop, for_robots
+from hvcpd.language.words import strict_words
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clean, clock
 from hvcpd.synthesis.speaker import Speaker
@@ -38,6 +40,7 @@ SOMEBODY = "somebody"
 """The speaker of a sentence without a name, in an event."""
 KEYS = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|O.)|[\x00-\x1f\x7f]")
 """What terminals send for arrows and the like (control sequences, ECMA-48): typed by mistake, and no part of a word."""
+STOP = "stop"
 UNHEARD = "that was not understood; say it again"
 LATER = "said once a robot has spoken; until then they obey only “stop”"
 
@@ -57,10 +60,10 @@ class TypedLines:
 
 
 class Visitor:
-    """Says sentences of the phrasebook in a voice of its own. `play` plays a sound and returns a function that tells
-    whether it is over. Raises PhraseError."""
+    """Says sentences of the phrasebook in a voice of its own. `play` plays a sound, in the robots' next pause or at
+    once, and returns a function that tells whether it is over."""
 
-    def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], Callable[[], bool]]) -> None:
+    def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples, bool], Callable[[], bool]]) -> None:
         self._name = name
         self.wiring = wiring
         """A robot's in force, whose tasks may have changed."""
@@ -68,14 +71,21 @@ class Visitor:
         self._play = play
 
     def say(self, text: str) -> Visit:
-        """To be said in the robots' next pause, with the visitor's name where robots need one."""
+        """To be said in the robots' next pause, with the visitor's name where robots need one; "stop" at once. Nothing
+        with that word is refused, as with words that are spoken. Raises PhraseError."""
         phrasebook, text = self.wiring.phrasebook(), KEYS.sub("", text).strip()
-        typed = phrasebook.parse_text(text)
+        try:
+            typed = phrasebook.parse_text(text)
+        except PhraseError:
+            if STOP not in strict_words(text):
+                raise
+            typed, text = phrasebook.parse_text(STOP), STOP
         utterance = for_robots(replace(typed, speaker=self._name) if typed.speaker == FRIEND else typed)
         sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
-        line, may_wait = f"{self._name}: {text}", not isinstance(utterance.statement, Stop)
-        return Visit(line, lambda: self._play(sound), one, may_wait)
+        line, is_stop = f"{self._name}: {text}", isinstance(utterance.statement, Stop)
+        may_wait = not isinstance(utterance.statement, Stop | Resume)  # said later, "resume" would undo a "stop"
+        return Visit(line, lambda: self._play(sound, is_stop), one, may_wait)
 
 
 class Visit:
