@@ -129,7 +129,9 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         is_said = me.current.task is not None or me.current.motion is not None
         claims_one = partner is None and is_said and me.state in PROPOSING
         by_people = partner is not None and all(map(me.may_be_person, (partner, heard.speaker)))
-        if claims_one or by_people or me.is_partner(heard.speaker):
+        if by_people and me.state in AT_WORK and me.is_person(heard.speaker):
+            changing.take_order_back(me, heard.now)
+        elif claims_one or by_people or me.is_partner(heard.speaker):
             fire(me, Trigger.DENIED, heard.now)
         elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
             me.missed.last_s = heard.now

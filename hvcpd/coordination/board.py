@@ -200,9 +200,13 @@ class Board:
         return False
 
     def complete(self, number: int, owner: str | None, hearsay: bool = False, said_by: str | None = None) -> None:
-        """A task known to be done stays done; the first robot that did it stays its owner."""
+        """A task known to be done stays done; the first robot that did it stays its owner. One that was left out is no
+        longer: the robot that did it had missed that."""
         entry = self._entries[number]
-        if not entry.known_done:
+        if entry.skipped and owner is not None:
+            self._set(number, DONE, owner)
+            entry.skipped = False
+        elif not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
             entry.said_by = said_by if hearsay else None
             entry.times_said = int(hearsay)

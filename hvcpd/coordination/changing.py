@@ -80,6 +80,13 @@ def take_order(me: Knowledge, now: float) -> None:
         _say_to_all(me, entry, now, m.Change(m.TaskByNumber(entry.number)))
 
 
+def take_order_back(me: Knowledge, now: float) -> None:
+    """A person does not want the task after all that this robot was ordered to do, and has begun: all leave it out."""
+    number = me.my_task()
+    fire(me, Trigger.LOST, now)
+    want(me, number, True, now)
+
+
 def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:
     """Whether a speaker who asks for a task is a robot that was ordered to do it: it has just claimed it."""
     last = me.claim_heard
@@ -111,6 +118,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
         schedule.open_anew(me, entry, now, is_due=True)  # the coming one, which has begun for a clock that is ahead
+    if skip and count == entry.change + 1 and _is_done_by_another(entry, heard.speaker):
+        me.board.change(number, count, False)  # who did it had missed that it was to be left out
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
         entry.change = count
@@ -123,9 +132,14 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         return
     if count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
-    elif not skip and entry.known_done and heard.speaker and (entry.owner != heard.speaker or entry.is_shared):
+    elif not entry.skipped and entry.known_done and heard.speaker and (entry.owner != heard.speaker or entry.is_shared):
         objecting.tell_done(me, heard.speaker, entry, now)
     _note_said(me, number, now)
+
+
+def _is_done_by_another(entry: Entry, name: str | None) -> bool:
+    """Whether it is known which robot did a task, once and for all, and it is not this speaker."""
+    return entry.known_done and not (entry.skipped or entry.recurs) and entry.owner not in (None, name)
 
 
 def _was_heard(entry: Entry, count: int, now: float) -> bool:

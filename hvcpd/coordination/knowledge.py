@@ -262,6 +262,10 @@ class Knowledge:
             m.FRIEND in (name, partner) and self.may_be_person(name) and self.may_be_person(partner)
         )
 
+    def is_person(self, name: str) -> bool:
+        """Whether this speaker is surely no robot."""
+        return name == m.FRIEND or name.lower() in self.peers.people()
+
     def may_be_person(self, name: str) -> bool:
         """Whether this speaker may be no robot: robots name their team, and people do not. Among the names that all
         were given are people's, too."""

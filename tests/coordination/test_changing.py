@@ -310,3 +310,42 @@ def test_who_has_been_told_speaks_before_who_has_not() -> None:
     mission.air.refresh(("Rob", "Bot"))
     mission.air.run_until(AGAIN_S + LATER_S)
     assert mission.watered == {1: 1, 2: 1}
+
+
+@pytest.mark.parametrize("hears_robots", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_done_by_who_had_missed_the_skip_is_not_shown_as_left_out(seed: int, hears_robots: bool) -> None:
+    """All robots showed it as left out, the one that had done it among them."""
+    mission = Mission(NAMES, plants(6), ("Anna",), seed=seed)
+    while (doer := mission.robots["Rob"].board.owner_of_claim(3)) is None:
+        mission.air.run_until(mission.air.now + 1.0)
+
+    def misses(listener: str, u: m.Utterance) -> bool:
+        is_early = mission.watered[3] == 0 and isinstance(u.statement, m.Change)
+        return listener == doer and (u.speaker == "Anna" or (is_early and not hears_robots))
+
+    mission.air.misses = misses
+    for after_s in (5.0, 15.0, 25.0):
+        said_by_anna(mission, mission.air.now + after_s, 3, skip=True)
+    mission.run()
+    mission.air.run_until(mission.air.now + 300.0)
+    entries = [robot.board[3] for robot in mission.robots.values()]
+    if mission.watered[3]:
+        assert {(entry.owner, entry.skipped) for entry in entries} == {(doer, False)}, "\n".join(mission.written())
+    else:
+        assert hears_robots
+        assert all(entry.skipped for entry in entries)
+
+
+def test_who_inferred_that_a_task_is_done_does_not_contradict_the_robot_that_leaves_it_out() -> None:
+    """Bot had gone on to another task because it was told to, and not because it was done."""
+    mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=1)
+    mission.air.run_until(1.0)
+    rob, book = mission.robots["Rob"], mission.book
+    rob.board.complete(2, "Bot")
+    rob.heard(book.parse_text("Hi all, I am Bot, skip task two, change one"), 1.0)
+    assert rob.board[2].skipped
+    rob.board.complete(3, "Bot")
+    rob.heard(book.parse_text("Hi all, I am Anna, skip task three, change one"), 5.0)
+    assert not rob.board[3].skipped
+    assert rob.board[3].change == 1

@@ -79,6 +79,25 @@ def test_a_motion_that_was_heard_surely_can_still_be_denied(order: str, no: str)
     assert room.hears(no, for_s=0.0) is State.READY
 
 
+@pytest.mark.parametrize("no", ["Rob, negative", "Hi Rob, I am Anna, negative", "Hi Rob, I am Ben, negative"])
+@pytest.mark.parametrize("state", [State.GOING, State.ACTING])
+def test_a_person_can_take_an_order_back_that_is_carried_out(state: State, no: str) -> None:
+    """The robot carried the task out to its end, without a word."""
+    room = Room("Rob", "Bot")
+    air, rob = room.mission.air, room.robot
+    assert room.hears("Hi Rob, I am Anna, complete task two") is State.READ_BACK
+    assert room.hears("Hi Rob, I am Anna, confirmed", for_s=0.0) is State.GOING
+    if state is State.ACTING:
+        rob.performed(air.now)
+        air.refresh()
+    assert room.hears("Hi Rob, I am Bot, negative", for_s=0.0) is state
+    asked_s = air.now
+    assert room.hears(no, for_s=5.0) is State.READY
+    assert room.mission.halted_s["Rob"] == pytest.approx(asked_s, abs=0.1)
+    assert room.mission.written(asked_s) == ["Hi all, I am Rob, skip task two, change one"]
+    assert room.hears("Hi Rob, I am Anna, complete task two") is State.READ_BACK, "it may be ordered anew"
+
+
 @pytest.mark.parametrize("order", ["Hi, I am Anna, turn left", "Hi all, I am Anna, turn left", "All, turn left"])
 def test_the_only_robot_there_needs_no_name(order: str) -> None:
     """ "Hi all" and "hi" mean the same, and either may be heard for the other."""
