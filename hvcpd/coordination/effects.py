@@ -145,7 +145,8 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 
 def go(me: Knowledge, now: float) -> None:
     forget_report(me, Urgency.TURN, now)
-    me.current.repeats, me.board[me.my_task()].calls = 0, 0
+    entry, me.current.repeats = me.board[me.my_task()], 0
+    entry.calls, entry.parts_before = 0, frozenset()  # parts of another time may have been misheard
     me.current.confirmed_to = me.current.rivals = frozenset()
     _hold(me, me.my_tasks(), now)
     me.current.ahead_sure = me.current.ahead is not None

@@ -122,6 +122,17 @@ def test_who_waits_at_the_place_counts_the_parts_of_others() -> None:
     assert kim.board[2].known_done
 
 
+def test_a_part_that_was_reported_before_the_robot_set_out_does_not_count() -> None:
+    """It had been misheard, and the robot left the task to its partner, which did it alone."""
+    kim = ordered(State.READ_BACK, "Rob", "Kim")
+    kim.board[2].parts_before = frozenset({"Lou"})
+    kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 10.0)
+    assert kim.state is State.GOING
+    kim.knowledge.state, kim.knowledge.current.promised = State.CHECKING, frozenset({"Rob"})
+    kim.heard(m.Utterance("Rob", m.ToAll(), None, m.Completed(m.TaskByNumber(2))), 40.0)
+    assert kim.state is State.ACTING
+
+
 def test_who_waits_at_the_place_is_told_that_the_task_is_done() -> None:
     """It did not listen there, and two did it once more."""
     kim = ordered(State.CHECKING, "Rob", "Kim")
