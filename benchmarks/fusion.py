@@ -28,11 +28,10 @@ Floats = NDArray[np.float64]
 
 RIDGE = 0.05
 FOLDS = 5
-PROBABILITY_SIGNS = "?-+?+"
+PROBABILITY_SIGNS = "?+?+"
 """Of each weight, where it is known which it must have."""
 EVIDENCE = (
     "bias",
-    "unclear",
     "log_odds",
     "is_nearest",
     "nearest_logit",

@@ -1,9 +1,11 @@
 """Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
-        [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz]
+        [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz] [--mmi 0.8]
 
-With `--from` it goes on from the weights in a file, and `--apart` is that net's.
+With `--from` it goes on from the weights in a file, and `--apart` is that net's. With `--mmi` it learns to tell what
+was said from all other speech, too (`denominator.py`), as the confidence of a sentence does. From then on the best
+path's phones mean less: those that are likely anyway need not be clear.
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
@@ -24,6 +26,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from benchmarks.phones.denominator import log_denominator, trigrams
 from benchmarks.phones.stored import stored
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
@@ -150,13 +153,17 @@ def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
     logs += rng.normal(0, 0.6) * np.linspace(-1, 1, N_BANDS, dtype=np.float32)[:, None]
 
 
-def loss_of(net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor]) -> Tensor:
-    """Per phone."""
+def loss_of(
+    net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor], mmi: float = 0.0, after_two: Tensor | None = None
+) -> Tensor:
+    """Per phone; with the log likelihood of any speech by its trigrams (`denominator.py`), times `mmi`."""
     sound, n_frames, phones, n_phones = batch
     with torch.autocast("cpu", torch.bfloat16, enabled=net.training):  # half the time
         logits = net(sound)
     log_posteriors = torch.log_softmax(logits.float(), 1).permute(2, 0, 1)
     total = nn.functional.ctc_loss(log_posteriors, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
+    if after_two is not None:
+        total = total + mmi * log_denominator(log_posteriors, n_frames, after_two).sum()
     loss: Tensor = total / max(int(n_phones.sum()), 1)
     return loss
 
@@ -230,6 +237,7 @@ def main() -> None:
     net_is = parser.add_mutually_exclusive_group(required=True)
     net_is.add_argument("--apart", type=int, nargs="+", help="frames, of each residual layer of a new net")
     net_is.add_argument("--from", type=Path, dest="begun", help="go on from these weights")
+    parser.add_argument("--mmi", type=float, default=0.0, help="weight of the denominator, 1 for MMI alone")
     parser.add_argument("--rate", type=float, default=2e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=82.0, help="of a processor")
@@ -241,6 +249,7 @@ def main() -> None:
     data, checks = Data(o.data), [Data([path]) for path in o.check]
     net = Net(o.apart) if o.begun is None else begun(o.begun, data, rng)
     print("check:", [errors_of(net, check) for check in checks], flush=True)
+    after_two = torch.from_numpy(trigrams(data.phones)) if o.mmi > 0.0 else None
     optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
     begin, step, losses = time.process_time(), 0, []
     while (done := (time.process_time() - begin) / 60.0 / o.minutes) < 1.0:
@@ -249,7 +258,7 @@ def main() -> None:
             for group in optimizer.param_groups:
                 falling = max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
                 group["lr"] = o.rate * min(1.0, (step + 1) / 200) * falling
-            loss = loss_of(net, data.batch(numbers, rng))
+            loss = loss_of(net, data.batch(numbers, rng), o.mmi, after_two)
             optimizer.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 5.0)
@@ -269,6 +278,7 @@ def main() -> None:
         "data": [path.name for path in o.data],
         "from": None if o.begun is None else str(o.begun),
         "seed": o.seed,
+        "mmi": o.mmi,
         "minutes": o.minutes,
         "steps": step,
         "loss and phone errors": last,

@@ -177,13 +177,12 @@ WEIGHTS: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["probabili
 
 
 def confidence_features(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
-    """Features of a candidate's confidence, shape (5,): 1; the nets' mean loss against certain phones, per frame; the
-    sentence's log odds; whether it is also the candidate by takes, and the log odds of its confidence there."""
+    """Features of a candidate's confidence, shape (4,): 1; the sentence's log odds; whether it is also the candidate by
+    takes, and the log odds of its confidence there."""
     by_takes = hypotheses.by_takes
     agrees = by_takes is not None and same_meaning(by_takes.words, words)
     agreement = (1.0, logit(by_takes.confidence)) if by_takes is not None and agrees else (0.0, 0.0)
-    loss = -certainty(hypotheses.posteriors) / max(len(hypotheses.posteriors[0]), 1)
-    return 1.0, loss, hypotheses.log_odds(words), *agreement
+    return 1.0, hypotheses.log_odds(words), *agreement
 
 
 def certainty(posteriors: Sequence[LogPosteriors]) -> float:
