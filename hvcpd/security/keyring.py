@@ -187,13 +187,19 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
     """Write it whole, readable by its owner alone; where a link points, if it is one. Raises KeyFileError; without
     `replaces` also if there is one."""
     with writing(path, KeyFileError, "the key: ", "name another with --key"):
-        if path.is_dir():
-            raise KeyFileError(f"{path}: this is a folder; name a file in it with --key")
-        if path.exists() and not replaces:
-            raise KeyFileError(
-                f"{path}: this is there; change its key with: {key_command('rotate', path)}, or move it away"
-            )
+        if not replaces:
+            see_free(path)
         write_whole(path, written(keys).encode(), 0o600)
+
+
+def see_free(path: Path) -> None:
+    """Raise KeyFileError where there is a file or a folder already."""
+    if path.is_dir():
+        raise KeyFileError(f"{path}: this is a folder; name a file in it with --key")
+    if path.exists():
+        raise KeyFileError(
+            f"{path}: this is there; change its key with: {key_command('rotate', path)}, or move it away"
+        )
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date, timedelta
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -313,6 +314,39 @@ def test_a_key_is_restored_from_its_words(made: Path, tmp_path: Path, capsys: py
     done = subprocess.run(command, input=" ".join(words), text=True, capture_output=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     assert read_key_file(copy).entries[0].key == read_key_file(made).entries[0].key
+
+
+class Typist:
+    """Somebody who types the words of a sheet; `meanwhile` is called before the first."""
+
+    def __init__(self, words: list[str], meanwhile: Callable[[], object]) -> None:
+        self._words, self._meanwhile = words, meanwhile
+
+    def isatty(self) -> bool:
+        return False
+
+    def read(self, _size: int) -> str:
+        self._meanwhile()
+        return " ".join(self._words)
+
+
+def test_while_words_are_typed_others_may_change_keys_in_that_folder(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`hvcpctl key` of another terminal waited, without a word, until somebody had typed all 24."""
+    typist = Typist(recovery_words(made, capsys), partial(run, "revoke", "--key", str(made), "Bot"))
+    monkeypatch.setattr(sys, "stdin", typist)
+    assert run("restore", "--key", str(tmp_path / "copy.key")) == 0
+    assert read_key_file(made).revoked == ("Bot",)
+
+
+def test_where_no_key_can_be_restored_nobody_types_its_words(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", Typist([], partial(pytest.fail, "the words were asked for")))
+    for path, why in ((made, "this is there"), (tmp_path, "this is a folder"), (tmp_path / "no/x", "cannot be opened")):
+        assert run("restore", "--key", str(path)) == 2
+        assert why in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

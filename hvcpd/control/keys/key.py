@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from hvcpd.security.keyring import (
     keep_out_of_dumps,
     key_command,
     read_key_file,
+    see_free,
     write_key_file,
 )
 from hvcpd.security.keys import KEY_BYTES, TeamKey
@@ -47,9 +47,7 @@ def today() -> date:
 def run(options: argparse.Namespace, day: Today = today) -> int:
     """Carry out the action; keys go into their file, and nowhere else unless a sheet is requested."""
     keep_out_of_dumps()
-    path = _path(options)
-    with nullcontext() if options.action in _ONLY_READ else changing(path):
-        _ACTIONS[options.action](options, path, day())
+    _ACTIONS[options.action](options, _path(options), day())
     return EX_OK
 
 
@@ -65,6 +63,8 @@ def _new(_options: argparse.Namespace, path: Path, day: date) -> None:
 
 
 def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
+    with changing(path):  # and not while somebody types: others would wait for that
+        see_free(path)
     if sys.stdin.isatty():
         sys.stderr.write(f"Type the {RECOVERY_WORDS} words of the recovery sheet, then Ctrl-D:\n")
     words = spoken_words(sys.stdin.read(10_000))
@@ -84,7 +84,8 @@ def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
 
 
 def _store_first(path: Path, entry: Entry, done: str) -> None:
-    write_key_file(path, KeyFile((entry,)), replaces=False)
+    with changing(path):
+        write_key_file(path, KeyFile((entry,)), replaces=False)
     path = path.absolute()  # it may be printed from another folder
     _tell(
         f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it by hand to {DEFAULT_PATH} on "
@@ -131,8 +132,9 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
 
 def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:
     after, keep = timedelta(days=options.after), timedelta(days=options.keep)
-    keys = read_key_file(path).rotated(day, after, keep)
-    write_key_file(path, keys, replaces=True)
+    with changing(path):
+        keys = read_key_file(path).rotated(day, after, keep)
+        write_key_file(path, keys, replaces=True)
     newest = keys.entries[-1]
     if len(keys.entries) == 1:
         _tell(
@@ -154,7 +156,8 @@ def _revoke(options: argparse.Namespace, path: Path, _day: date) -> None:
         sys.stderr.write(
             f"hvcpctl: {options.name} is none of the names in the settings ({', '.join(names)}); is it spelled so?\n"
         )
-    write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
+    with changing(path):
+        write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
     _tell(
         f"{options.name} is no longer believed, where this file is: copy {path} to every other robot and restart hvcpd "
         "there. If somebody may have read its memory card, that is not enough: "
@@ -166,7 +169,6 @@ def _tell(text: str) -> None:
     sys.stdout.write(text + "\n")
 
 
-_ONLY_READ = ("show", "sheet")
 _ACTIONS: dict[str, Callable[[argparse.Namespace, Path, date], None]] = {
     "new": _new,
     "show": _show,
