@@ -108,7 +108,10 @@ class FakeBus:
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
-        Path(self.path).symlink_to(os.ttyname(self._slave))
+        port = Path(self.path)
+        if port.is_symlink():  # of one that was killed
+            port.unlink()
+        port.symlink_to(os.ttyname(self._slave))
         self._thread = threading.Thread(target=self._serve, name="fake-dynamixel", daemon=True)
         self._thread.start()
 

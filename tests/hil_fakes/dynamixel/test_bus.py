@@ -4,6 +4,7 @@ import subprocess
 import sys
 import termios
 import threading
+from pathlib import Path
 
 import pytest
 import serial
@@ -80,6 +81,14 @@ def test_unplugging_is_an_error_and_replugging_heals(bus: FakeBus, rig: Rig) -> 
     assert port.setBaudRate(1_000_000)
     assert rig.protocol.ping(port, 1)[1] == COMM_SUCCESS
     port.closePort()
+
+
+def test_a_port_of_a_fake_that_was_killed_is_replaced(tmp_path: Path) -> None:
+    port = tmp_path / "motors"
+    port.symlink_to("/dev/pts/no-more")
+    with FakeBus(turtlebot3_pair(), path=port):
+        assert port.exists()
+    assert not port.is_symlink()
 
 
 def test_two_motors_may_not_share_an_id() -> None:
