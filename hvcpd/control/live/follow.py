@@ -45,12 +45,15 @@ class Following:
         self.asking.close()
         self.hearing.close()
 
-    def run(self, show: Show, n_events: int | None = None, more: Sequence[str] = ()) -> None:
-        """Show what comes, and `more` kinds of events, `n_events` at most (None: until the daemon ends). Raises
-        NotRunningError."""
+    def subscribe(self, more: Sequence[str]) -> None:
+        """Ask for the usual kinds of events, and for `more`. Raises BusyError where too many follow already."""
         usual = self.hearing.ask("subscribe")
         if more:
             self.hearing.ask("subscribe", events=[*usual["events"], *more])
+
+    def run(self, show: Show, n_events: int | None = None) -> None:
+        """Show what comes, `n_events` at most (None: until the daemon ends). Raises NotRunningError, and BusyError if
+        it hangs."""
         shown = 0
         while n_events is None or shown < n_events:
             if time.monotonic() - self._looked_s >= LOOK_S:
@@ -98,29 +101,33 @@ def watch(
     more: Sequence[str] = (),
 ) -> None:
     """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
-    following, is_back = _connect(options), False  # if there is none at the start, that is said at once
+    following = _connect(options, more)  # if there is none at the start, that is said at once
     while True:
         with closing(following):
             try:
-                if is_back:
-                    show.note(f"{following.asking.name} is back")
-                following.run(show, n_events, more)
+                following.run(show, n_events)
                 return
             except (NotRunningError, BusyError) as error:
                 show.note(f"{error}; waiting for it to come back")
-        following, is_back = _connect_again(options, wait), True
+        following = _connect_again(options, more, wait)
+        show.note(f"{following.hearing.name} is back")
 
 
-def _connect_again(options: argparse.Namespace, wait: Callable[[float], None]) -> Following:
+def _connect_again(options: argparse.Namespace, more: Sequence[str], wait: Callable[[float], None]) -> Following:
     while True:
         wait(LOOK_S)
         with suppress(NotRunningError, BusyError):
-            return _connect(options)
+            return _connect(options, more)
 
 
-def _connect(options: argparse.Namespace) -> Following:
-    asking = find_daemon(options)
-    return Following(asking, DaemonClient(asking.path))
+def _connect(options: argparse.Namespace, more: Sequence[str]) -> Following:
+    with ExitStack() as stack:
+        asking = stack.enter_context(closing(find_daemon(options)))
+        hearing = stack.enter_context(closing(DaemonClient(asking.path)))
+        following = Following(asking, hearing)
+        following.subscribe(more)
+        stack.pop_all()
+        return following
 
 
 def _terminal() -> AbstractContextManager[FollowLines]:
