@@ -65,7 +65,12 @@ class Link:
             except OSError as error:
                 why = error.strerror or "no connection"
                 self._scene.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
-            except (LookupError, TypeError, ValueError) as error:  # a reply of another shape than docs/control.md has
+            except (
+                AttributeError,
+                LookupError,
+                TypeError,
+                ValueError,
+            ) as error:  # a reply of another shape than docs/control.md has
                 self._scene.link(False, f"That daemon's answer is unknown here ({error}); searching again")
             await self._pause(RETRY_S[min(self._failures, len(RETRY_S) - 1)])
             self._failures += 1

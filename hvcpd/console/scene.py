@@ -70,15 +70,20 @@ class Scene:
             self.viewers.tell(self._link)
 
     def status(self, status: Reply) -> None:
-        """Take a reply to `status`."""
-        before, areas = self.name, _areas(self._status)
+        """Take a reply to `status`; one of another shape raises an error, and is not kept."""
+        before, areas, kept = self.name, _areas(self._status), self._status
         self._status = status
-        self._offset_s = status["wall_s"] - status["now_s"]
-        self._colours.of(self.name)
+        try:
+            self._colours.of(self.name)
+            told = self._robots(), self._alarms()
+            self._offset_s = status["wall_s"] - status["now_s"]
+        except Exception:
+            self._status = kept
+            raise
         if before != self.name:
             self._trail.clear()
-        self.viewers.tell(self._robots())
-        self.viewers.tell(self._alarms())
+        for message in told:
+            self.viewers.tell(message)
         if _areas(status) != areas:
             self._draw()
         if status["pose"] is not None:

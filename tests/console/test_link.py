@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Callable, Coroutine
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from hvcpd.console.viewers import Viewers
 from hvcpd.coordination.states import State
 from hvcpd.errors import NotDoneError, NotRunningError
 from hvcpd.reporting.events import Skill, as_json
+from tests.console.asking import status
 from tests.daemon.control_bench import ControlBench, control
 from tests.daemon.test_control_service import heard
 
@@ -130,6 +132,35 @@ def test_a_daemon_that_was_there_is_looked_for_at_once_however_often_it_ends(tmp
             await until(lambda: len(pauses) > 1)
             assert pauses[:2] == [0.25, 0.5]
         task.cancel()
+
+    run(scene())
+
+
+@pytest.mark.parametrize("odd", [{"name": None}, {"peers": None}, {"wall_s": "noon"}, {"task": 3}])
+def test_an_answer_of_another_shape_is_told_so_and_looked_at_again(odd: dict[str, object], tmp_path: Path) -> None:
+    """The link ended at a name that was none, and the page went on saying that it is connected."""
+
+    async def scene() -> None:
+        visits = 0
+
+        async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            nonlocal visits
+            visits += 1
+            writer.write(b'{"event": "hello", "protocol": 1}\n')
+            with suppress(ConnectionError):
+                while line := await reader.readline():
+                    writer.write(
+                        json.dumps({"id": json.loads(line)["id"], "ok": True, "result": status(**odd)}).encode() + b"\n"
+                    )
+            writer.close()
+
+        server = await asyncio.start_unix_server(answer, tmp_path / "x.sock")
+        async with server, linked(tmp_path / "x.sock") as (shown, _):
+            async with asyncio.timeout(10.0):
+                await until(lambda: visits > 1)
+            link = next(part for part in shown.snapshot()["parts"] if part["kind"] == "link")
+            assert not link["up"]
+            assert link["text"].startswith("That daemon's answer is unknown here")
 
     run(scene())
 
