@@ -74,12 +74,12 @@ RULES = (
     Mechanism(
         "unheard",
         "no sentence right after lost sound",
-        instead(f"{HEARING}.template_recogniser:UNHEARD_LEAD_FRAMES", 0),
+        instead(f"{HEARING}.template_recogniser:TORN_WITHIN", 0),
     ),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", instead(f"{SESSION}:GOING_ON", inf)),
     Mechanism("late-end", "longer rests where a word may go on", instead(f"{SESSION}:LATE_END_FRAMES", 25)),
     Mechanism("end-margin", "a resting path may cost a little more", instead(f"{SESSION}:END_MARGIN", 0.0)),
-    Mechanism("retune", "the templates' level follows the voice", instead(f"{SESSION}:RETUNE_DB", inf)),
+    Mechanism("retune", "the templates' level follows the voice", answering(f"{SESSION}:DecoderSession._retune", None)),
     Mechanism("template-room", "templates as in a room", instead(f"{HEARING}.templates:ROOM_RT60_S", 1e-3)),
     Mechanism(
         "noise-steps",

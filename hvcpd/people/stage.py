@@ -15,21 +15,12 @@ from typing import Protocol
 
 import numpy as np
 
-from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.shared_front_end import MIN_SPEECH_FRAMES, WAIT_FRAMES
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SecondPassStage, Segment, SegmentSearcher, Worker
-from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, QUIET, SecondPassStage, Segment, SegmentSearcher, Worker
+from hvcpd.recognition.stream import LONGEST_SENTENCE, Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
-
-TORN_WITHIN = SAMPLE_RATE_HZ // 2
-"""Speech this soon (0.5 s) after lost sound may be the end of a longer sentence: some was heard as "stop"."""
-SHORT_LOSS = SAMPLE_RATE_HZ // 10
-"""A loss shorter than this (0.1 s) loses no word. Speech that begins as long after it counts as whole if nobody had
-spoken for TORN_WITHIN before."""
-LONGEST_SPEECH = 12 * SAMPLE_RATE_HZ
-"""Samples (12 s): no sentence of the phrasebook takes longer; other talk does, and is searched from pause to pause."""
 
 PAUSE_FRAMES = 24
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
@@ -39,8 +30,6 @@ LEAST_RANGE_DB = 8.0
 """With a smaller range between the faintest and the loudest level, pauses cannot be told from speech."""
 DRIFT_DB = 0.03
 """The loudest level falls by this much with each frame, 3 dB/s, and the faintest rises as fast."""
-MOST_FRAMES = 800
-"""8 s, and MIN_SPEECH_FRAMES at least: how long a sentence takes."""
 MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
@@ -65,17 +54,15 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Found]
     ) -> None:
         super().__init__(first_pass, searcher, worker)
-        self._spoke_until = -TORN_WITHIN
-        """Somebody else spoke last before this sample."""
         self._torn_until = 0
-        """Speech that begins before this sample may lack its beginning."""
+        """Speech that begins before this sample may lack its beginning, since sound was lost within QUIET before it."""
         self._waiting: list[Segment] = []
         self._last: Segment | None = None
         """The last speech that was searched, if it was not surely a whole sentence."""
         self._kept: list[Event] = []
         """What was found in it, until nobody goes on: until the sample `_kept_until`."""
         self._kept_until = 0
-        self._talk = LongTalk(LONGEST_SPEECH)
+        self._talk = LongTalk(LONGEST_SENTENCE)
         self._stretches: list[Stretch] = []
         """Parts of talk for the second pass."""
         self._understood_until = 0
@@ -88,17 +75,13 @@ class PeopleStage(SecondPassStage[Segment, Found]):
 
     def _follow(self) -> None:
         speaking = self.first_pass.speaking
-        if speaking:
-            self._spoke_until = self._now
-            if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
-                self._kept = [Garbled(self._last.start, self._last.end)]
-                self._kept_until = self._now + GOES_ON_WITHIN
+        if speaking and self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
+            self._kept = [Garbled(self._last.start, self._last.end)]
+            self._kept_until = self._now + GOES_ON_WITHIN
         self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
-        whole = self._now - self._spoke_until >= TORN_WITHIN and 0 < n_samples <= SHORT_LOSS
-        until = self._now + n_samples + (SHORT_LOSS if whole else TORN_WITHIN)
-        self._torn_until = max(self._torn_until, until)
+        self._torn_until = self._now + n_samples + QUIET
 
     def _events_after(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
@@ -177,7 +160,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
     def _segment(self, start: int, end: int, later: Sequence[int] = ()) -> Segment | None:
         """The speech between two samples; None if it is too long, may be torn, is being searched, or no longer kept."""
         is_searched = any(each.start < end and start < each.end for each in self._waiting)
-        if start < self._torn_until or end - start > LONGEST_SPEECH or is_searched:
+        if start < self._torn_until or end - start > LONGEST_SENTENCE or is_searched:
             return None
         return Segment.of(self.first_pass.history, (start, *later), end)
 
@@ -240,5 +223,7 @@ class LongTalk:
             return []
         self._starts.append(self._began)
         self._began, end = None, self._at - (PAUSE_FRAMES - 1)
-        starts = tuple(s * HOP_SAMPLES for s in self._starts if MIN_SPEECH_FRAMES <= end - s <= MOST_FRAMES)
+        starts = tuple(
+            s * HOP_SAMPLES for s in self._starts if MIN_SPEECH_FRAMES <= end - s <= LONGEST_SENTENCE // HOP_SAMPLES
+        )
         return [Stretch(starts, end * HOP_SAMPLES)] if starts and end - self._since > self._longest else []

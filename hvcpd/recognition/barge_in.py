@@ -111,8 +111,6 @@ LEVEL_QUANTILE = 0.75
 LEAST_CALL_PROBABILITY = 0.4
 """Least probability that counts: no later sound could confirm it, since the robot continues to speak. 12 of 12 calls
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
-OWN_LEVEL_FRAMES = 400
-"""The own level is that of the last 4 s of it."""
 WORD_MARGIN = 800
 """Number of samples before the word, and twice those after it, in which the own voice is looked for."""
 MOST_LAG = 9600
@@ -123,13 +121,12 @@ the own voice have 0.13 at most (47), nine of ten own words that passed for the 
 0.18 to 0.89 (`benchmarks/own_voice.py`)."""
 FAINT_SHARE = 1e-3
 """Least energy that counts, relative to the largest at any lag: next to nothing correlates with anything."""
-TRACE_SAMPLES = 3 * SAMPLE_RATE_HZ
-"""Time that is kept: the word's, the lag, and what the net looks back."""
 SMOOTHED_REACH = 16
 """Neighbouring bins, either way, over which a sound's colour is averaged before half of it is taken out."""
-DOUBT_SAMPLES = 4 * SAMPLE_RATE_HZ
-"""Time after a gap in what was played in which the residual may have the robot's own words in it, or be judged by them:
-the net looks back 2.2 s, and relative to levels that follow with 1 to 2 s."""
+MEMORY = 4 * SAMPLE_RATE_HZ
+"""Time (4 s) for which the own voice counts: its level is that of so long, and for so long after a gap in what was
+played the residual may have its words in it, or be judged by them: the net looks back 2.2 s, and relative to levels
+that follow with 1 to 2 s."""
 LINGER = (WORD_FRAMES + DELAY_FRAMES + 20) * HOP_SAMPLES
 """Time (0.77 s) after the own voice in which a word that began over it is detected: its length, the net's delay, and a
 margin of 0.2 s. Then later sound can make it sure: 22 of 24 calls reach ACCEPT_PROBABILITY, knocks had 0.62 at most."""
@@ -147,7 +144,7 @@ class BargeInDetector:
         self._net = net
         self._echo = EchoCanceller()
         self._latency_s = 0.0
-        self._own_powers: deque[float] = deque(maxlen=OWN_LEVEL_FRAMES)
+        self._own_powers: deque[float] = deque(maxlen=MEMORY // HOP_SAMPLES)
         self._doubt_left = self._hold_left = 0
         self.begin(0, 0.0)
         self._listens = False
@@ -181,7 +178,7 @@ class BargeInDetector:
 
     def disturb(self) -> None:
         """Some of what was pushed to `play` was not played, or not in time."""
-        self._doubt_left = DOUBT_SAMPLES
+        self._doubt_left = MEMORY
 
     def play(self, samples: Samples) -> None:
         """Push the sound that is played during the next block."""
@@ -264,7 +261,7 @@ class OwnTrace:
         """Push them in step; either may be late by some samples."""
         self._played = np.concatenate([self._played, played])
         self._residual = np.concatenate([self._residual, residual])
-        gone = max(len(self._played) - TRACE_SAMPLES, 0)
+        gone = max(len(self._played) - MEMORY, 0)
         self._first += gone
         self._played, self._residual = self._played[gone:], self._residual[gone:]
 

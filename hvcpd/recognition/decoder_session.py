@@ -20,10 +20,9 @@ from hvcpd.recognition.templates import Noise, Scorer, TemplateBank
 FILLER_COST = 1.2
 """Cost of the filler above the frame's best template, half-way between right and wrong words (measured)."""
 GAIN_STEP_DB = 6.0
-"""Distance of the three template gains that are decoded side by side, around the level at the onset."""
-RETUNE_DB = 4.5
-"""Deviation of the level from the middle gain at which the gain hypotheses move: to that level, or, within a sentence,
-by a step up (the first word, "hi", can be much weaker than the rest)."""
+"""Distance of the three template gains that are decoded side by side, around the level at the onset. Where the level is
+farther from the middle one they move: to that level, or, within a sentence, by a step up (the first word, "hi", can be
+much weaker than the rest)."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 48
@@ -38,8 +37,10 @@ same time before a sentence shows whether it follows silence."""
 END_MARGIN = 5.0
 """Cost by which a path inside a word may be cheaper than a resting path that counts as the best: in noise alone, paths
 through the next words gain a little by chance."""
-UNDER_WAY = 15.0
-"""Gain over the filler from which on a path may be a sentence in progress."""
+UNDER_WAY = 16.0
+"""Gain over the filler from which on a path may be a sentence in progress, and the least of a whole one. In noise alone
+words gain 4 at most; in people's talk to each other, where words fit well, by 10 (18 minutes,
+`benchmarks/rejection.py`)."""
 SURE_GAIN = 56.0
 """Gain from which on it surely is one: twice what words that are fitted to a noise that has just risen gain."""
 SURE_BLOCKS = 6
@@ -220,9 +221,9 @@ class DecoderSession:
         if level <= 0.0:
             return
         off_db = decibels(level / max(self._gain, SILENT_POWER))
-        if abs(off_db) > RETUNE_DB and not self.under_way:
+        if abs(off_db) > GAIN_STEP_DB and not self.under_way:
             self._gain = level
-        elif off_db > RETUNE_DB:
+        elif off_db > GAIN_STEP_DB:
             self._gain *= power_ratio(GAIN_STEP_DB)
             self._decoder.raise_gains()
 

@@ -105,6 +105,9 @@ MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
 the event is reported."""
 MARGIN_IN_TALK = SAMPLE_RATE_HZ // 5
 """Margin (0.2 s) around the speech between two pauses of talk."""
+QUIET = SAMPLE_RATE_HZ // 2
+"""Samples (0.5 s) without a sign of speech that end a segment: more than a pause at a comma in a room without
+echoes."""
 GOES_ON_WITHIN = SAMPLE_RATE_HZ
 """Samples within which what is said after a possible part of a sentence may be the rest of it."""
 MAX_WAIT = 3 * SAMPLE_RATE_HZ

@@ -11,7 +11,7 @@ import pytest
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.barge_in import BLOCK, DOUBT_SAMPLES, BargeInDetector, EchoCanceller
+from hvcpd.recognition.barge_in import BLOCK, MEMORY, BargeInDetector, EchoCanceller
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.keyword.verification import HOLD_TIME
 
@@ -159,7 +159,7 @@ def test_a_word_that_is_said_twice_soon_after_a_gap_is_believed() -> None:
 
 def test_a_word_long_after_a_gap_is_believed_at_once() -> None:
     heard, half = called_over_the_second_sentence((1.2,))
-    told = listen(heard, make_barge_in_detector(), half - DOUBT_SAMPLES)
+    told = listen(heard, make_barge_in_detector(), half - MEMORY)
     assert [type(event) for event in told] == [Urgent]
 
 

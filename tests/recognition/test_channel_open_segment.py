@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, USUAL_LENGTH, Onset, OpenSegment
+from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER, Onset, OpenSegment
 from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.search import SearchResult
+from hvcpd.recognition.stages import QUIET
 from tests.recognition.hisses import BOOKS
 
 GREETING = Onset(0, greeting=True)
@@ -30,7 +31,7 @@ def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> No
     shown, hidden = stretch(), stretch()
     shown.note_onset(GREETING, 10_000, 6_000, 9_000)
     hidden.note_onset(GREETING, 40_000, 36_000, 9_000)
-    assert (shown.cut_at, hidden.cut_at) == (10_000 + USUAL_LENGTH, 40_000 + CUT_AFTER)
+    assert (shown.cut_at, hidden.cut_at) == (10_000 + CLATTER, 40_000 + CUT_AFTER)
     assert shown.is_over(QUIET)
     assert not hidden.is_over(QUIET)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.path import Rendering
-from hvcpd.recognition.channel.recogniser import CHECK_MARGIN, MOST_LOSS, ChannelRecogniser, noise_sample
+from hvcpd.recognition.channel.recogniser import EDGE, MOST_LOSS, ChannelRecogniser, noise_sample
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Source
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -201,7 +201,7 @@ def test_what_has_other_phones_is_not_told(loss: float, is_told: bool) -> None:
     assert (told(found) == {("hi rob water rose", "oak")}) == is_told
     words, n_sound, n_noise = asked[0]
     assert tuple(words) == ("hi", "rob", "water", "rose")
-    assert abs(n_sound - len(sound) - 2 * CHECK_MARGIN) <= 800
+    assert abs(n_sound - len(sound) - 2 * EDGE) <= 800
     assert n_noise > 0
 
 

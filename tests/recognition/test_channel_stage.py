@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER
+from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.estimation import blocks_of
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.channel.stage import CLATTER, MEMORY_TIME, ChannelStage, contradicts
+from hvcpd.recognition.channel.stage import ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stream import HISTORY_SAMPLES
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
@@ -306,7 +307,7 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
     listening = recogniser(Script([(END + 2000, guess())]))
     run(listening)
     assert blocks_of.cache_info().currsize > 0
-    quiet = np.zeros(MEMORY_TIME + SAMPLE_RATE_HZ, np.float32)
+    quiet = np.zeros(HISTORY_SAMPLES + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
     assert blocks_of.cache_info().currsize == 0
 

@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.people.stage import LONGEST_SPEECH
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.stage import MAX_LENGTH
 from hvcpd.recognition.stages import MAX_WAIT, NOISE_LEAD
-from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
+from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, LONGEST_SENTENCE, History, to_int16
 
 KEEP = 100
 Sizes = st.lists(st.integers(0, 150), min_size=1, max_size=30)
@@ -96,7 +94,7 @@ def test_nothing_was_heard_yet() -> None:
 
 
 def test_it_is_long_enough_for_all_who_look_back() -> None:
-    assert NOISE_LEAD + max(LONGEST_SPEECH, 2 * MAX_LENGTH) + 2 * MAX_WAIT <= HISTORY_SAMPLES
+    assert NOISE_LEAD + 2 * LONGEST_SENTENCE + 2 * MAX_WAIT <= HISTORY_SAMPLES
 
 
 def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:

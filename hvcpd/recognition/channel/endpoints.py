@@ -18,9 +18,9 @@ from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.channel.estimation import FIRST_TAPS
+from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT
 from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering
-from hvcpd.recognition.channel.search import LAG_STEP, ChannelSegment, SearchResult, stretch_energies
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult, stretch_energies
 from hvcpd.recognition.channel.whitening import (
     BINS,
     FRAME,
@@ -32,6 +32,7 @@ from hvcpd.recognition.channel.whitening import (
 )
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.stages import QUIET
 
 ONSET_WINDOW = 16_384
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""
@@ -101,7 +102,7 @@ class OnsetDetector:
         way, block = divmod(int(energies.argmax()), energies.shape[1])
         if energies[way, block] < LEAST_ONSET_RATIO * max(quantile(energies, 0.5), TINY):
             return None
-        return Onset(int(block) * LAG_STEP + self._greetings[way].lead, greeting=True)
+        return Onset(int(block) * MAX_SHIFT + self._greetings[way].lead, greeting=True)
 
     def _rise(self, heard: Samples, noise: Samples) -> Onset | None:
         """The end of the first window in which the power rises over the noise in the bins of a voice.
@@ -124,10 +125,9 @@ class OnsetDetector:
         return Onset(at, greeting=False) if risen.any() else None
 
 
-QUIET = SAMPLE_RATE_HZ // 2
-"""Samples without a sign of speech that end a segment: more than a pause at a comma in a room without echoes."""
-USUAL_LENGTH = 7 * SAMPLE_RATE_HZ
-"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs go on, clatter hides the end."""
+CLATTER = 8 * SAMPLE_RATE_HZ
+"""Samples (8 s) of signs of speech without QUIET among them, or since a greeting, from which on they count as clatter
+and no longer show onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
 SIGN_SHARE = 0.6
 """Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
 stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
@@ -199,7 +199,7 @@ class OpenSegment:
         if self.continues is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
             self.cut_at = min(self.cut_at, at + CUT_AFTER)
         elif since is not None and abs(since - at) <= SIGN_LAG:
-            self.end_hidden, self.cut_at = False, at + USUAL_LENGTH
+            self.end_hidden, self.cut_at = False, at + CLATTER
         else:
             self.end_hidden, self.cut_at = True, at + CUT_AFTER
 

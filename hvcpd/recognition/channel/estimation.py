@@ -99,14 +99,13 @@ PRE_TAPS = 192
 """Number of these samples before the place where a signal was found: there may be an echo, louder than the direct
 sound."""
 MAX_SHIFT = 16
-"""Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause."""
+"""Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause. Places
+of first words are as far apart."""
 SIZE = 2048
 BLOCK = 1024
 """Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
 """Samples from one transformed block of the sound to the next: with the lags of a `SignalFit`, fewer than 1,025."""
-BATCH_SIZE = 256
-"""Maximum number of signals that are transformed together, which bounds memory: 4 MB."""
 CACHED_WORDS = 512
 """Words whose spectra are kept: about 66 kB each, 35 MB in all."""
 _WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2).astype(np.float32)
@@ -210,22 +209,20 @@ class WhitenedSound:
         """The fits of signals that begin at these samples, or MAX_SHIFT around them; one call for all is quicker."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
-        for begin in range(0, len(new), BATCH_SIZE):
-            some = new[begin : begin + BATCH_SIZE]
-            both = np.empty((len(some), SIZE // 2 + 1), np.complex64)
-            own = np.empty(both.shape, np.float32)
-            offs = []
-            for k, (said, at) in enumerate(some):
-                blocks = blocks_of(said)
-                number, off = divmod(at - MAX_SHIFT - PRE_TAPS, GRID)
-                heard = self._frames[self._block_indices(number, len(blocks.spectra))]
-                np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])
-                np.einsum("ij,ij->j", self._block_weights(at, blocks.time), blocks.densities, out=own[k])
-                offs.append(off)
-            across = np.fft.irfft(both, SIZE)
-            own *= self._inverse
-            for each, off, correlation, density in zip(some, offs, across, own, strict=True):
-                self._fits[each] = SignalFit(correlation[off : off + TAPS + 2 * MAX_SHIFT].copy(), density)
+        both = np.empty((len(new), SIZE // 2 + 1), np.complex64)
+        own = np.empty(both.shape, np.float32)
+        offs = []
+        for k, (said, at) in enumerate(new):
+            blocks = blocks_of(said)
+            number, off = divmod(at - MAX_SHIFT - PRE_TAPS, GRID)
+            heard = self._frames[self._block_indices(number, len(blocks.spectra))]
+            np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])
+            np.einsum("ij,ij->j", self._block_weights(at, blocks.time), blocks.densities, out=own[k])
+            offs.append(off)
+        across = np.fft.irfft(both, SIZE)
+        own *= self._inverse
+        for each, off, correlation, density in zip(new, offs, across, own, strict=True):
+            self._fits[each] = SignalFit(correlation[off : off + TAPS + 2 * MAX_SHIFT].copy(), density)
         return [self._fits[each] for each in wanted]
 
     def _block_indices(self, at: int, n_blocks: int) -> slice | NDArray[np.int_]:

@@ -17,20 +17,26 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, blocks_of
 from hvcpd.recognition.channel.path import Path, RenderedVoice
-from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult, by_score
+from hvcpd.recognition.channel.search import (
+    MAX_STARTS,
+    ROBOT_SCORE,
+    ChannelSearch,
+    ChannelSegment,
+    SearchResult,
+    by_score,
+)
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.stages import GOES_ON_WITHIN
 
-LEAST_EXPECTED = 60.0
-"""Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations."""
-LEAST_PRECEDING, LEAST_PRECEDING_SHARE = 50.0, 0.02
-"""Energy explained by a word right before a sentence in the same voice, and its share of what the sentence explains,
-from which on it was said. Chance reached 22 in 46 sentences; a soft "will" had 78."""
+LEAST_ENERGY, LEAST_PRECEDING_SHARE = 60.0, 0.02
+"""Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations; and
+energy explained by a word right before a sentence in the same voice, with its share of what the sentence explains, from
+which on it was said: chance reached 22 in 46 sentences, a soft "will" had 78."""
 MISSING_WORD_FIT = 0.2
-"""Share of a word's expected energy below which it was not said: 6 standard deviations where LEAST_EXPECTED holds."""
+"""Share of a word's expected energy below which it was not said: 6 standard deviations where LEAST_ENERGY holds."""
 MOST_LEAD_SHARE = 0.6
 """Largest lead that carries information, as a share of a sentence's score."""
 
@@ -75,7 +81,7 @@ def worst_fit(sound: WhitenedSound, path: Path) -> float:
     fits = [1.0]
     for fit in sound.fits(there):
         expected = float(path.tap_weights @ fit.density)
-        if expected >= LEAST_EXPECTED:
+        if expected >= LEAST_ENERGY:
             fits.append(float(path.taps @ path.around(fit)[MAX_SHIFT:-MAX_SHIFT]) / expected)
     return min(fits)
 
@@ -85,7 +91,7 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
     end of a longer sentence."""
     renderings = (said for word in words for third in range(3) for said in path.book.renderings(word, third))
     place = path.starts[0]
-    least = max(LEAST_PRECEDING, LEAST_PRECEDING_SHARE * path.score)
+    least = max(LEAST_ENERGY, LEAST_PRECEDING_SHARE * path.score)
     there = [(said, place - said.advance + path.renderings[0].lead * said.final) for said in renderings]
     for fit in sound.fits(there):
         heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
@@ -101,17 +107,14 @@ QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones untypical."""
 IN_PROGRESS_SCORE = 150.0
 """ROBOT_SCORE for a path in progress at a cut: another search costs little."""
-MAX_IN_PROGRESS = 16
-"""Maximum number of paths that are handed to the next search."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a reported sentence (`python -m benchmarks.channel_confidence` measures it)."""
-MAX_MISSING_END = SAMPLE_RATE_HZ // 10
-"""Largest part (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
+EDGE = SAMPLE_RATE_HZ // 10
+"""Samples (0.1 s) by which a sentence's edges may be off: so much of it may be missing at the end of the sound, since
+recordings are trimmed as closely, and with so much around it its phones are checked."""
 MOST_LOSS = 3.0
 """Largest loss of a sentence's phones against the likeliest ones, nats per phone. Of 64 right sentences
 in 24 worlds none has more than 2.5, of 13 that were made of people ordering coffee none less than 3.5."""
-CHECK_MARGIN = SAMPLE_RATE_HZ // 10
-"""Samples (0.1 s) before and after a sentence with which its phones are checked."""
 SentenceCheck = Callable[[Sequence[str], Samples, Samples], float]
 """The loss of words' phones, nats per phone, in a sound, shape (n,), with the sound of the room alone, shape (m,)."""
 LEAST_WORD_FIT = 0.4
@@ -217,14 +220,14 @@ class ChannelRecogniser:
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
         """Whether other phones were heard than a sentence has."""
-        there = heard[max(path.starts[0] - CHECK_MARGIN, 0) : path.end + CHECK_MARGIN]
+        there = heard[max(path.starts[0] - EDGE, 0) : path.end + EDGE]
         return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
 
     def evidence(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
         by score, the best first."""
         for path in paths:
-            is_whole = self._searches[0].is_whole(path) and path.end <= sound.n + MAX_MISSING_END
+            is_whole = self._searches[0].is_whole(path) and path.end <= sound.n + EDGE
             if is_whole and (fit := worst_fit(sound, path)) >= LEAST_WORD_FIT:
                 least = (1.0 - MOST_LEAD_SHARE) * path.score
                 rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
@@ -247,7 +250,7 @@ class ChannelRecogniser:
 
 def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
-    return [path for path in paths if path.end + GOES_ON_WITHIN > n and path.score >= least][:MAX_IN_PROGRESS]
+    return [path for path in paths if path.end + GOES_ON_WITHIN > n and path.score >= least][:MAX_STARTS]
 
 
 def noise_sample(before: Samples, heard: Samples) -> Samples:

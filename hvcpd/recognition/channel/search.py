@@ -27,8 +27,6 @@ I_AM = ("i", "am")
 """The words before a robot's own name."""
 ENERGY_PER_TAP = 6.0
 """Explained energy for each tap."""
-LAG_STEP = 16
-"""Resolution in lags (1 ms) of the search for first words."""
 LEAST_START = 35.0
 """Least explained energy of a first word: steady noise reaches 20, and the least of any reported sentence was 78."""
 ROBOT_SCORE = 450.0
@@ -43,16 +41,12 @@ MIN_DISTANCE = SAMPLE_RATE_HZ // 10
 """Least distance between these samples (0.1 s)."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
-END_TOLERANCE = 400
-"""Maximum distance in samples between the ends of two paths that are compared."""
 BEAM_WIDTH = 8
 """Maximum number of active paths that start at one of them, over all voices."""
 MAX_EXTENSIONS = 48
 """Maximum number of extensions whose channel is estimated."""
 ECHO_LEAD = round(0.6 * SAMPLE_RATE_HZ)
 """Longest time (0.6 s) before a reported sentence within which a path in the same voice is an echo of it."""
-MAX_LAGS = 12_000
-"""Number of starts that one transform covers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,11 +171,9 @@ class ChannelSearch:
 def _starts(sound: WhitenedSound, said: Sequence[Rendering]) -> Iterator[tuple[float, Rendering, int]]:
     """The best starts of a word of which at least half was heard: energy, rendering and first sample."""
     for way in said:
-        until = sound.n - way.length // 2
-        for first in range(0, until, MAX_LAGS):
-            at, n = first - way.lead, min(MAX_LAGS, until - first)
-            for energy, k in _peaks(sound.correlation(way, at, n + FIRST_TAPS)):
-                yield energy, way, at + k
+        if (n := sound.n - way.length // 2) > 0:
+            for energy, at in _peaks(sound.correlation(way, -way.lead, n + FIRST_TAPS)):
+                yield energy, way, at - way.lead
 
 
 def _is_within(path: Path, reported: Path) -> bool:
@@ -224,28 +216,28 @@ def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
 
 def _is_behind(path: Path, leader: Path) -> bool:
     """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
-    explained = leader.explained_until(path.end + END_TOLERANCE)
+    explained = leader.explained_until(path.end)
     return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND
 
 
 def stretch_energies(correlations: NDArray[np.floating]) -> NDArray[np.float64]:
-    """The energies of correlations, shape (..., n), in stretches of FIRST_TAPS lags from every LAG_STEP-th on."""
-    n = correlations.shape[-1] // LAG_STEP
-    squares = np.square(correlations[..., : n * LAG_STEP], dtype=np.float32)
-    blocks = squares.reshape(*squares.shape[:-1], n, LAG_STEP).sum(axis=-1)
+    """The energies of correlations, shape (..., n), in stretches of FIRST_TAPS lags from every MAX_SHIFT-th on."""
+    n = correlations.shape[-1] // MAX_SHIFT
+    squares = np.square(correlations[..., : n * MAX_SHIFT], dtype=np.float32)
+    blocks = squares.reshape(*squares.shape[:-1], n, MAX_SHIFT).sum(axis=-1)
     total = np.zeros((*squares.shape[:-1], n + 1))
     total[..., 1:] = np.cumsum(blocks, axis=-1)
-    across = FIRST_TAPS // LAG_STEP
+    across = FIRST_TAPS // MAX_SHIFT
     return total[..., across:] - total[..., :-across]
 
 
 def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:
     """The energies of the correlation in the strongest stretches of FIRST_TAPS, and where they begin."""
     energies = stretch_energies(correlation)
-    across = FIRST_TAPS // LAG_STEP
+    across = FIRST_TAPS // MAX_SHIFT
     for _ in range(MAX_STARTS_OF_WORD):
         best = int(energies.argmax())
         if energies[best] <= 0.0:
             return
-        yield float(energies[best]), best * LAG_STEP
+        yield float(energies[best]), best * MAX_SHIFT
         energies[max(best - across, 0) : best + across] = 0.0

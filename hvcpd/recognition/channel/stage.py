@@ -10,32 +10,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, ONSET_STEP, ONSET_WINDOW, QUIET, OpenSegment
+from hvcpd.recognition.channel.endpoints import (
+    CLATTER,
+    CUT_AFTER,
+    CUT_AGAIN_AFTER,
+    ONSET_STEP,
+    ONSET_WINDOW,
+    OpenSegment,
+)
 from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, NOISE_LEAD, SecondPassStage, Worker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, NOISE_LEAD, QUIET, SecondPassStage, Worker
+from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE, TORN_WITHIN
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 ONSET_LAG = SAMPLE_RATE_HZ // 4
-"""Longest time (samples) from the beginning of speech to its first sign."""
+"""Longest time (samples) from the beginning of speech to its first sign; a sentence takes longer ("stop": 0.4 s)."""
 FAINT_ONSET_LAG = SAMPLE_RATE_HZ
 """The same (1 s) for a voice that hardly rises over the noise, whose first word may not have risen at all."""
-MIN_LENGTH = SAMPLE_RATE_HZ // 4
-"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
-MAX_LENGTH = 10 * SAMPLE_RATE_HZ
-"""Samples (10 s) after which a segment is cut: no sentence takes longer. A sentence in progress at the cut is searched
-again, together with the sound after it."""
-CLATTER = 8 * SAMPLE_RATE_HZ
-"""Samples (8 s) of signs of speech without QUIET among them, from which on they count as clatter and no longer show
-onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
-INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5
-"""Samples (0.2 s) after lost sound, or the robot's own voice: a sentence that begins within them may be the end of a
-longer one, and is not reported. Robots wait for 0.5 s before they answer."""
-MEMORY_TIME = 20 * SAMPLE_RATE_HZ
-"""Samples (20 s) after the last submission for which the search keeps its spectra and waveforms, up to 40 MB: longer
-than the pauses of a conversation."""
 
 
 class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
@@ -125,7 +119,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._note_onset()
         if self._open is not None:
             self._close_if_due(self._open)
-        elif self._searched_at is not None and self._now - self._searched_at >= MEMORY_TIME:
+        elif self._searched_at is not None and self._now - self._searched_at >= HISTORY_SAMPLES:
             self._searched_at = None
             self._searcher.free_memory()
 
@@ -134,7 +128,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         at = self._began
         clatters = self._since is not None and self._now - self._since > CLATTER
         if self._open is None:
-            due = at + (CUT_AFTER if clatters else MAX_LENGTH)
+            due = at + (CUT_AFTER if clatters else LONGEST_SENTENCE)
             self._open = OpenSegment(max(at - ONSET_LAG, self._whole_from), self._now, due, clatters)
         self._open.note_sign(at, self._now, clatters)
 
@@ -156,7 +150,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return
         begin = max(at - (ONSET_LAG if found.greeting else FAINT_ONSET_LAG), self._whole_from)
         if self._open is None:
-            self._open = OpenSegment(begin, self._now, at + MAX_LENGTH)
+            self._open = OpenSegment(begin, self._now, at + LONGEST_SENTENCE)
         self._open.note_onset(found, at, begin, self._since)
 
     def _close_if_due(self, segment: OpenSegment) -> None:
@@ -185,12 +179,12 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         before = next((each for each in reversed(self._closed) if each.in_progress), None)
         earlier: tuple[Path, ...] = ()
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
-            segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
+            segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * LONGEST_SENTENCE)
             earlier = before.in_progress
             segment.held_events = before.held_events + segment.held_events
             self._closed.remove(before)
         segment.closed_at = self._now
-        segment.whole_from = self._whole_from + INCOMPLETE_WITHIN if self._whole_from else 0
+        segment.whole_from = self._whole_from + TORN_WITHIN if self._whole_from else 0
         self._closed.append(segment)
         if self._is_accounted_for(segment):
             segment.result = SearchResult()
@@ -211,7 +205,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return False
         length = segment.end - segment.begin - ONSET_LAG
         reported = sum(_overlap(segment.begin, segment.end, each) for each in self._reported)
-        return length < MIN_LENGTH or reported > 0.6 * length
+        return length < ONSET_LAG or reported > 0.6 * length
 
     def _take_event(self, event: Event) -> list[Event]:
         """The events to report at once for an event of the first pass."""
@@ -227,7 +221,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         where = [each for each in (*self._closed, self._open) if each is not None]
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
-            due = event.start_sample + MAX_LENGTH
+            due = event.start_sample + LONGEST_SENTENCE
             there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample, due)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._to_report(event, there.result)

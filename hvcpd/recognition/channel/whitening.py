@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, rfft
 
 FRAME = 1024
 BINS = FRAME // 2 + 1
@@ -29,7 +29,6 @@ EMPTY_SHARE = 10.0**-3.5
 bands of a narrow microphone outweigh all others, and any voice seems to be a robot's (docs/decisions/channel.md)."""
 LOUD_QUANTILE = 0.75
 """A hum does not change it, and a band up to 3.4 kHz suffices for it."""
-SILENCE = 1e-13
 LEAST_NOISE = 1e-6
 """Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
 before somebody speaks, and single precision is not enough for more."""
@@ -67,7 +66,7 @@ def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
     within = (hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1])
     counts = within & (received >= EMPTY_SHARE * quantile(received[within], LOUD_QUANTILE))
-    return np.where(counts, 1.0 / (alone + LATE_ECHO_SHARE * received + SILENCE), 0.0)
+    return np.where(counts, 1.0 / (alone + LATE_ECHO_SHARE * received + SILENT_POWER), 0.0)
 
 
 def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
