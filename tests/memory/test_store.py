@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from hvcpd.errors import StoreError
 from hvcpd.memory.store import FORGET_EVERY, PeerRecord, Store, TaskRecord, TranscriptReader, TranscriptRecord
-from hvcpd.memory.store_file import SCHEMA_VERSION
+from hvcpd.memory.store_file import SCHEMA_VERSION, connect
 
 GREEN = TaskRecord(1, "water the green rose", "claimed", "Rob", 12.5)
 HEARD = TranscriptRecord(3.0, "heard", "Bot", "Hi all, I am Bot", 0.97)
@@ -104,6 +104,22 @@ def test_a_memory_has_a_number_of_its_own_that_is_no_counter(path: Path) -> None
         assert path.stat().st_size > 4096, "it is in the file itself, and not in its journal alone"
     with closing(Store(path, durable=True)) as again:
         assert (again.is_new, again.identity, again.counters()) == (False, 2**62 - 1, {})
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_a_durable_memory_is_still_durable_once_it_has_its_number(path: Path, durable: bool) -> None:
+    """SQLite's `synchronous` (sqlite.org/pragma.html): 2 is FULL, each write is on the disk; 1 is NORMAL."""
+    opened: list[sqlite3.Connection] = []
+
+    def note(path: Path) -> sqlite3.Connection:
+        opened.append(connect(path))
+        return opened[-1]
+
+    with closing(Store(path, note, durable=durable)) as store:
+        for number in (1, 2):
+            assert opened[-1].execute("PRAGMA synchronous").fetchone() == (2 if durable else 1,)
+            store.mark(number)
+        assert opened[-1].execute("PRAGMA synchronous").fetchone() == (2 if durable else 1,)
 
 
 def test_another_process_that_holds_the_file(path: Path, store: Store) -> None:
