@@ -343,6 +343,15 @@ def test_while_its_stop_button_is_pressed_it_is_released_by_nobody_not_even_for_
     assert not bench.stopped
 
 
+def test_its_stop_button_stops_a_robot_that_has_no_sound() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.robot.is_held_down = True
+    bench.records += bench.robot.step(np.zeros(0, np.float32), None, BLOCK).records
+    assert bench.stopped
+    assert bench.noted(SaveStopped)[-1] == SaveStopped(True)
+
+
 @pytest.mark.parametrize("by_voice", [True, False])
 def test_a_resume_that_was_said_before_the_stop_and_is_understood_after_it_releases_nobody(by_voice: bool) -> None:
     """Through an unknown channel a sentence takes seconds; a "stop" meanwhile was undone by it."""
