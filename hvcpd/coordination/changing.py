@@ -50,7 +50,9 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if entry is None:
         if s.count is None and speaker is not None:
-            composing.answer(me, speaker, f"answer {speaker}", m.Unknown(s.task), now, call=speaker)
+            slot = UNSURE_SLOTS + me.rank(speaker, 0, now)  # others may know the task
+            topic, words = f"answer {speaker}", m.Unknown(s.task)
+            composing.answer(me, speaker, topic, words, now, slot, call=speaker, tentative=True)
         return
     if s.count is not None:
         _compare(me, heard, entry, s.skip, s.count)

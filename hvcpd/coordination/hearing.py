@@ -20,7 +20,7 @@ from hvcpd.coordination import (
     right_of_way,
     teaming,
 )
-from hvcpd.coordination.addressing import is_for, must_spell_for
+from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
@@ -31,6 +31,8 @@ from hvcpd.security.trust import Trust
 GREETED_AGAIN_WITHIN_S = 60.0
 """A greeting repeated within this time shows that the answer was not heard. Another robot, which this one does not
 hear, may have answered at the same time; so the next answer waits for a random time."""
+HERE_S = 6.0
+"""Time for each robot's answer to a question who is here: 4.4 s, as measured, and what may come between."""
 
 
 def react(me: Knowledge, heard: Heard) -> None:
@@ -74,8 +76,30 @@ def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
         teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on again
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
-    if not isinstance(heard.to, m.ToRobot | m.ToTeam):  # otherwise it is an answer, or an introduction
+    if isinstance(heard.to, m.ToRobot | m.ToTeam):  # an answer, or an introduction
+        wants_answer = is_for_me_alone(me, heard.to) and _may_be_a_persons(me, heard.speaker, heard.now)
+    else:
+        wants_answer = not _answers_who_is_here(me, heard.speaker, heard.now)
+    if wants_answer:
         _introduce(me, heard.speaker, heard.now)
+
+
+def _may_be_a_persons(me: Knowledge, name: str, now: float) -> bool:
+    """Whether a greeting by name, which between robots is an answer, may be a person's. A robot of no team is answered
+    once at most: two of these would go on for ever."""
+    peer = me.peers.get(name)
+    is_new = peer is None or now - peer.answered_s >= GREETED_AGAIN_WITHIN_S
+    return is_new and me.role.team is not None and me.may_be_person(name)
+
+
+def _answers_who_is_here(me: Knowledge, name: str, now: float) -> bool:
+    """Whether a robot says its name to a person who asked without one. If it says it once more, it greets."""
+    asked_s, peer = me.acquaintance.who_here_s, me.peers.get(name)
+    is_over = now > asked_s + HERE_S * (1 + len(me.expected(now)))
+    if is_over or peer is None or me.may_be_person(name) or peer.answered_s >= asked_s:
+        return False
+    peer.answered_s = now
+    return True
 
 
 def _spelled(me: Knowledge, heard: Heard, s: m.Spelled) -> None:
@@ -106,6 +130,8 @@ def _introduce(me: Knowledge, name: str | None, now: float, asked: bool = False)
 
 
 def _who_here(me: Knowledge, heard: Heard, _: m.WhoHere) -> None:
+    if heard.speaker is None:
+        me.acquaintance.who_here_s = heard.now
     if is_for(me, heard.to):
         _introduce(me, heard.speaker, heard.now, asked=True)
 

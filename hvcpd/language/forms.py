@@ -106,7 +106,7 @@ _MOTIONS: tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...] = (
 
 _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
     (f"what are you doing {PLEASE}", m.WhatDoing, "What is your task?"),
-    (f"who is here {PLEASE}", m.WhoHere, "Everybody who hears it says its name."),
+    (f"who is here {PLEASE}", m.WhoHere, "Everybody who is asked says its name."),
     (f"what is left {PLEASE}", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
 )
 
@@ -323,7 +323,7 @@ SMALL_STEP_M = 0.5
 """Distance of a motion without a stated one: the least that can be said."""
 
 _CASUAL: tuple[Form, ...] = (
-    Form("(hi|hello) <addressee>", m.Hail, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),
+    Form("(hi|hello) <addressee>", m.Hail, "Everybody who is asked says its name.", Kind.PEOPLE, casual=True),
     *(
         Form(f"{CALL_TO} {words}", statement, means, Kind.PEOPLE, constants, casual=True)
         for words, statement, means, constants in _WITHOUT_A_NAME

@@ -26,6 +26,8 @@ _WHOLE = {
     "v": ("volts",),
     "everybody": ("all",),
     "everyone": ("all",),
+    "robots": ("all",),
+    "halt": ("stop",),
     "hey": ("hi",),
 }
 _ENDINGS = CONTRACTED_ENDINGS | {"'s": "is", "'d": "would"}

@@ -126,6 +126,18 @@ def test_what_is_done_cannot_be_left_out_and_what_nobody_knows_is_told() -> None
     assert answers[-1] == "I do not know task nine"
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("size", [2, 6])
+def test_that_nobody_knows_a_task_is_told_by_one(size: int, seed: int) -> None:
+    """All answered, and drew their slots: six robots said it four to eight times, up to seven of them in collisions."""
+    mission = Mission(("Rob", "Bot", "Max", "Ann", "Mia", "Ted")[:size], plants(1), ("Anna",), seed=seed)
+    run_until(mission, AGAIN_S)
+    mission.hear(AGAIN_S + 1.0, "Hi all, I am Anna, task nine again")
+    run_until(mission, AGAIN_S + 60.0)
+    answers = [text.split(", ")[-1] for text in mission.written(AGAIN_S, without=("Anna",))]
+    assert answers == ["I do not know task nine"]
+
+
 def test_the_owner_of_a_robot_changes_tasks_and_is_told_why_not() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), seed=1)
     mission.air.run_until(AGAIN_S)

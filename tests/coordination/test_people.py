@@ -44,6 +44,35 @@ def test_who_is_here_is_answered_by_each_once() -> None:
     assert sorted(said) == [f"Hi Anna, I am {name}, member of team plant" for name in ("Bot", "Max", "Rob")]
 
 
+@pytest.mark.parametrize("greeting", ["Hi Rob, I am Anna", "Hi Rob, I am friend"])
+def test_a_person_who_greets_a_robot_by_name_is_greeted(greeting: str) -> None:
+    """It was taken for a robot's answer to a greeting, and met with silence."""
+    mission = _waiting("Rob", "Bot")
+    name = greeting.split()[-1]
+    assert _answers(mission, greeting) == [f"Hi {name}, I am Rob, member of team plant"]
+
+
+@pytest.mark.parametrize("size", [2, 3, 6])
+@pytest.mark.parametrize("question", ["Who is here", "Hi all", "Rob, who is here", "Hi Rob"])
+def test_who_is_here_by_nobody_in_particular_is_no_reason_to_greet_each_other(question: str, size: int) -> None:
+    """What a robot says to everybody was taken for a greeting, and answered: six robots said eleven sentences."""
+    asked = ("Rob", "Bot", "Max", "Ann", "Mia", "Ted")[:size]
+    said = _answers(_waiting(*asked), question, 15.0 * size + 30.0)
+    named = [text for text in said if text.endswith(("team plant", "am Rob", "am Bot"))]
+    answering = asked if question in ("Who is here", "Hi all") else ("Rob",)
+    assert sorted(named) == sorted(f"Hi all, I am {name}, member of team plant" for name in answering)
+
+
+def test_a_robot_that_is_switched_on_meanwhile_is_still_greeted() -> None:
+    mission = _waiting("Rob", "Bot")
+    assert len(_answers(mission, "Who is here", 11.0)) == 2
+    for at_s in (0.5, 8.0):
+        mission.hear(mission.air.now + at_s, "Hi all, I am Bot, member of team plant")
+    began_s = mission.air.now
+    mission.air.run_until(began_s + 25.0)
+    assert "Hi team plant, I am Rob" in mission.written(began_s)
+
+
 def test_a_mere_greeting_asks_the_same() -> None:
     assert _answers(_waiting("Rob"), "Hi Rob") == ["Hi all, I am Rob, member of team plant"]
 

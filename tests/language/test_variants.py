@@ -43,6 +43,8 @@ BOOK = Phrasebook(
         ("Hi Rob, I'm Zoe, I'll open the center door", "Hi Rob, I am Zoe, I will open the centre door"),
         ("Hi Zoë, I am Bot, stop", "Hi Zoe, I am Bot, stop"),
         ("Hey Rob, turn left", "Rob, turn left"),
+        ("Halt!", "Stop"),
+        ("Robots, stop", "All stop"),
         ("Rob, fetch the color card", "Hi Rob, I am friend, fetch the colour card"),
     ],
 )
