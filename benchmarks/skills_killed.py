@@ -17,7 +17,7 @@ from pathlib import Path
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
-from hil_fakes.pins import edges, is_on
+from hil_fakes.pin_files import edges, is_on
 
 SETTLED_S = 0.5
 """What a child is given at least before it is killed; and as much again at random."""

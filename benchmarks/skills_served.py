@@ -26,7 +26,7 @@ import structlog
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
-from hil_fakes.pins import is_on
+from hil_fakes.pin_files import is_on
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Action, Turn, Use
 from hvcpd.daemon.control_protocol import RefusalError, Request

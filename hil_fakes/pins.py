@@ -11,8 +11,6 @@ from __future__ import annotations
 import fcntl
 import os
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +18,6 @@ from gpiozero.exc import PinInvalidPin
 from gpiozero.pins.mock import MockFactory, MockPin
 
 FOLDER_VARIABLE = "FAKE_PINS"
-
-
-@dataclass(frozen=True)
-class Edge:
-    """A pin changed to `level`, by the monotonic clock of all processes of the computer."""
-
-    at_s: float
-    level: bool
 
 
 class FilePin(MockPin):  # type: ignore[misc]
@@ -76,24 +66,3 @@ class FilePins(MockFactory):  # type: ignore[misc]
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__(pin_class=FilePin)
         self.folder = folder or Path(os.environ[FOLDER_VARIABLE])
-
-
-def drive(folder: Path, pin: int, level: bool) -> None:
-    """Something outside, a switch for example, gives an input a level."""
-    whole, new = folder / f"{pin}.level", folder / f"{pin}.level.new"
-    folder.mkdir(parents=True, exist_ok=True)
-    new.write_text("1" if level else "0")
-    new.replace(whole)
-
-
-def edges(folder: Path, pin: int) -> Sequence[Edge]:
-    """All changes of a pin until now."""
-    path = folder / f"{pin}.log"
-    lines = path.read_text().splitlines() if path.exists() else []
-    return [Edge(float(at), level == "1") for at, level in (line.split() for line in lines)]
-
-
-def is_on(folder: Path, pin: int) -> bool:
-    """Whether the pin is high now."""
-    found = edges(folder, pin)
-    return bool(found) and found[-1].level

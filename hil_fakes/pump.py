@@ -11,23 +11,31 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
-from hil_fakes.pins import drive, is_on
+from hil_fakes.pin_files import drive, is_on
 from hil_fakes.skills import Pump, Tank
 
 STEP_S = 0.01
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the pump by the wall clock until interrupted; it reports every litre that was poured."""
-    parser = argparse.ArgumentParser(prog="hil_fakes.pump", description="A fake pump and its tank, on fake pins.")
+    """Run the pump by the wall clock until Ctrl-C; it reports each time that it turned."""
+    parser = argparse.ArgumentParser(
+        prog="python -m hil_fakes.pump", description="A fake pump and its tank, on fake pins, until Ctrl-C."
+    )
     parser.add_argument("--pins", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--pump", type=int, default=17, metavar="PIN")
     parser.add_argument("--float", type=int, default=None, metavar="PIN", dest="float_pin")
     parser.add_argument("--litres", type=float, default=1.0, help="in the tank")
     options = parser.parse_args(arguments)
-    pump = Pump(Tank(options.litres))
+    with suppress(KeyboardInterrupt):
+        _run(Pump(Tank(options.litres)), options)
+    return 0
+
+
+def _run(pump: Pump, options: argparse.Namespace) -> None:
     if options.float_pin is not None:
         drive(options.pins, options.float_pin, True)
     last_s, was_on = time.monotonic(), False

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_fakes.pins import is_on
+from hil_fakes.pin_files import is_on
 from hil_fakes.sound_server import wait_until
 from tests.skills.calls import fake_pins, program_of, until_gone
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -150,3 +151,14 @@ def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Pat
         told = [pump.stdout.readline(), pump.stdout.readline()]
         pump.kill()
     assert told == ["pump on, 0.000 l poured, 0.005 l left\n", "pump off, 0.005 l poured, 0.000 l left\n"]
+
+
+def test_a_pump_process_needs_no_gpiozero_and_ends_by_ctrl_c(tmp_path: Path) -> None:
+    """Only `hvcpctl skills`, which drives the pins, needs it: both ended in a traceback."""
+    code = "import sys; sys.modules['gpiozero'] = None; from hil_fakes.pump import main; sys.exit(main())"
+    words = [sys.executable, "-c", code, "--pins", str(tmp_path), "--float", "27"]
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as pump:
+        run(met((tmp_path / "27.level").exists, "it runs"))
+        pump.send_signal(signal.SIGINT)
+        assert pump.communicate(timeout=30.0)[1] == ""
+    assert pump.returncode == 0
