@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from gpiozero.exc import PinInvalidPin
+from gpiozero.exc import BadPinFactory, PinInvalidPin
 from gpiozero.pins.mock import MockFactory, MockPin
 
 FOLDER_VARIABLE = "FAKE_PINS"
@@ -61,8 +61,10 @@ class FilePin(MockPin):  # type: ignore[misc]
 
 
 class FilePins(MockFactory):  # type: ignore[misc]
-    """gpiozero's factory of the name "files"."""
+    """gpiozero's factory of the name "files". Raises BadPinFactory where nothing names their folder."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__(pin_class=FilePin)
+        if folder is None and not os.environ.get(FOLDER_VARIABLE):
+            raise BadPinFactory(f"the fake pins have no folder; set {FOLDER_VARIABLE}=FOLDER")
         self.folder = folder or Path(os.environ[FOLDER_VARIABLE])

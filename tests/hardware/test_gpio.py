@@ -8,6 +8,7 @@ from types import ModuleType
 
 import pytest
 
+from hil_fakes.pins import FOLDER_VARIABLE
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.gpio import device, why_no_pins
 
@@ -45,6 +46,17 @@ def test_a_computer_without_pins_is_told_so_in_one_line(
         device("DigitalOutputDevice", 17)
     assert not recwarn.list
     assert "this computer has no pins" in why_no_pins(tmp_path)
+
+
+@pytest.mark.parametrize("folder", [None, ""])
+def test_fake_pins_without_a_folder_are_told(folder: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was a KeyError, with its traceback."""
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "files")
+    monkeypatch.delenv(FOLDER_VARIABLE, raising=False)
+    if folder is not None:
+        monkeypatch.setenv(FOLDER_VARIABLE, folder)
+    with pytest.raises(DeviceError, match=r"^pin 17 cannot be used: the fake pins have no folder; set FAKE_PINS="):
+        device("DigitalOutputDevice", 17)
 
 
 def test_pins_without_a_library_or_without_permission_are_told_with_the_remedy(tmp_path: Path) -> None:
