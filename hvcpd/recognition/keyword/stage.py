@@ -244,13 +244,14 @@ class KeywordStage(Stage):
         return bool((powers < power_ratio(ECHO_RISE_DB) * np.minimum.accumulate(powers)).all())
 
     def _checked(self, event: Event) -> Event:
-        """The event, or garbled speech if a sentence ends with the keyword and the net did not detect that: a search
-        over the phrasebook finds it in "staff" and "step", too."""
+        """The event; or garbled speech if a sentence that ends with the keyword is not certain, or the net did not
+        detect the word: a search over the phrasebook finds it in "staff" and "step", too."""
         if not isinstance(event, Recognised) or event.words[-1] != KEYWORD:
             return event
         begin, end = event.end_sample - LAST_WORD_SPAN, event.end_sample + WORD_DELAY
         heard = any(start < end and begin < last for start, last in self._spans)
-        return event if heard else Garbled(event.start_sample, event.end_sample)
+        is_call = heard and event.confidence >= ACCEPT_PROBABILITY
+        return event if is_call else Garbled(event.start_sample, event.end_sample)
 
     def _after(self, event: Event) -> list[Event]:
         if isinstance(event, Recognised):
