@@ -15,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.shared_front_end import MIN_SPEECH_FRAMES, WAIT_FRAMES
@@ -22,6 +23,9 @@ from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, QUIET, SecondPass
 from hvcpd.recognition.stream import LONGEST_SENTENCE, Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
+SHORT_LOSS = SAMPLE_RATE_HZ // 10
+"""A loss shorter than this (0.1 s) loses no word. Speech that begins as long after it counts as whole if nobody had
+spoken for QUIET before."""
 PAUSE_FRAMES = 24
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
 PAUSE_SHARE = 0.35
@@ -54,6 +58,8 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Found]
     ) -> None:
         super().__init__(first_pass, searcher, worker)
+        self._spoke_until = -QUIET
+        """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """Speech that begins before this sample may lack its beginning, since sound was lost within QUIET before it."""
         self._waiting: list[Segment] = []
@@ -75,13 +81,16 @@ class PeopleStage(SecondPassStage[Segment, Found]):
 
     def _follow(self) -> None:
         speaking = self.first_pass.speaking
-        if speaking and self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
-            self._kept = [Garbled(self._last.start, self._last.end)]
-            self._kept_until = self._now + GOES_ON_WITHIN
+        if speaking:
+            self._spoke_until = self._now
+            if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
+                self._kept = [Garbled(self._last.start, self._last.end)]
+                self._kept_until = self._now + GOES_ON_WITHIN
         self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
-        self._torn_until = self._now + n_samples + QUIET
+        whole = self._now - self._spoke_until >= QUIET and 0 < n_samples <= SHORT_LOSS
+        self._torn_until = max(self._torn_until, self._now + n_samples + (SHORT_LOSS if whole else QUIET))
 
     def _events_after(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []

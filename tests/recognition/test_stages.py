@@ -297,20 +297,27 @@ def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lost", "after", "seen"),
-    [(BLOCK, 0, False), (BLOCK, 7999, False), (BLOCK, 8000, True), (0, 7999, False), (0, 8000, True)],
+    ("lost", "quiet_blocks", "after", "seen"),
+    [
+        (BLOCK, 10, 0, False),  # its first sound may be lost
+        (BLOCK, 10, BLOCK, True),
+        (BLOCK, 4, BLOCK, False),  # it may go on with what was said before
+        (BLOCK + 1, 10, BLOCK, False),  # a word may have been lost
+        (0, 10, BLOCK, False),  # nobody knows how much was
+        (0, 10, 5 * BLOCK, True),
+    ],
 )
-def test_speech_that_may_be_torn_is_not_looked_at(lost: int, after: int, seen: bool) -> None:
+def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, after: int, seen: bool) -> None:
     looker, script = Looker(SENTENCE), Script({})
     recogniser = alone(PeopleStage(script, looker, SynchronousWorker()))
     script.speaking = True
     run(recogniser, 10)
     script.speaking = False
-    run(recogniser, 10, 10)
+    run(recogniser, quiet_blocks, 10)
     recogniser.lost(lost)
-    start = 20 * BLOCK + lost + after
+    start = (10 + quiet_blocks) * BLOCK + lost + after
     script.events[29] = [Garbled(start, start + 8000)]
-    run(recogniser, 10, 20)
+    run(recogniser, 30 - 10 - quiet_blocks, 10 + quiet_blocks)
     assert bool(looker.segments) == seen
 
 
