@@ -298,7 +298,7 @@ def test_after_other_words_a_sentence_needs_an_addressee(
 @pytest.mark.parametrize("text", ["rob move forward two metres", "hi rob i am anna water the yellow rose"])
 def test_whom_a_sentence_is_for_is_known_before_its_words_are(book: Phrasebook, sound: Sound, text: str) -> None:
     quiet = alone(stranger(sound), text)
-    segment = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.05)[: len(quiet.sound)])
+    segment = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.065)[: len(quiet.sound)])
     rob, bot, nobody = (
         SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, name) for name in ("Rob", "Bot", None)
     )
@@ -308,13 +308,16 @@ def test_whom_a_sentence_is_for_is_known_before_its_words_are(book: Phrasebook, 
     assert rob.search(replace(segment, within_talk=True)) is None, "in talk nobody need be answered"
 
 
-@pytest.mark.parametrize(("text", "is_enough"), [("rob move forward two metres", True), ("rob resume", False)])
+@pytest.mark.parametrize(
+    ("text", "noise_rms", "is_enough"), [("rob move forward two metres", 0.05, True), ("rob resume", 0.065, False)]
+)
 def test_a_request_that_is_read_back_may_be_less_sure(
-    book: Phrasebook, sound: Sound, text: str, is_enough: bool
+    book: Phrasebook, sound: Sound, text: str, noise_rms: float, is_enough: bool
 ) -> None:
     """Nothing is done before it is confirmed; "resume" would count at once."""
     quiet = alone(stranger(sound), text)
-    segment = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.05)[: len(quiet.sound)])
+    hiss = noise(len(quiet.sound) / SAMPLE_RATE_HZ, noise_rms)[: len(quiet.sound)]
+    segment = replace(quiet, sound=quiet.sound + hiss)
     harmless = partial(is_harmless_request, book, "Rob")
     found = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob", harmless).search(segment)
     if is_enough:

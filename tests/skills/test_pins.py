@@ -155,10 +155,14 @@ def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Pat
 
 def test_a_pump_process_needs_no_gpiozero_and_ends_by_ctrl_c(tmp_path: Path) -> None:
     """Only `hvcpctl skills`, which drives the pins, needs it: both ended in a traceback."""
-    code = "import sys; sys.modules['gpiozero'] = None; from hil_fakes.pump import main; sys.exit(main())"
+    heeded = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"  # "&" in a shell ignores it
+    code = f"{heeded}; sys.modules['gpiozero'] = None; from hil_fakes.pump import main; sys.exit(main())"
     words = [sys.executable, "-c", code, "--pins", str(tmp_path), "--float", "27"]
     with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as pump:
         run(met((tmp_path / "27.level").exists, "it runs"))
         pump.send_signal(signal.SIGINT)
-        assert pump.communicate(timeout=30.0)[1] == ""
+        try:
+            assert pump.communicate(timeout=30.0)[1] == ""
+        finally:
+            pump.kill()
     assert pump.returncode == 0
