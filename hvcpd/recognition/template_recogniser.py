@@ -24,9 +24,14 @@ from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.noise import STEP_FRAMES
 from hvcpd.recognition.shared_front_end import LONGER_WAIT_FRAMES, RECENT_FRAMES, Segmenter, SharedFrontEnd
-from hvcpd.recognition.stream import CHUNK_FRAMES, TORN_WITHIN, Chunk
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 
+UNHEARD_LEAD_FRAMES = 28
+"""Time (0.28 s) after lost sound within which a sentence that begins may be the end of a longer one: after 0.2 s "stop"
+was still the end of "hi Bot, stop"."""
+LATE_WAKE_FRAMES = 12
+"""Time (0.12 s) after the first replayed frame within which a sentence that begins may have begun before it."""
 WAKE_FRAMES = 24
 """Delay (240 ms) from the first sign of speech until the decoder wakes: long enough for the level of a vowel."""
 
@@ -84,7 +89,7 @@ class TemplateRecogniser:
         self._calm_frames = 0
         self._reported_until = 0
         """The frame up to which everything has been reported."""
-        self._unheard_until = -TORN_WITHIN // HOP_SAMPLES
+        self._unheard_until = -UNHEARD_LEAD_FRAMES
         """The frame up to which sound was lost, or came while the decoder slept."""
 
     @property
@@ -187,7 +192,8 @@ class TemplateRecogniser:
             self.session.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
-                self._unheard_until = max(self._unheard_until, end_frame - RECENT_FRAMES)
+                unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
+                self._unheard_until = max(self._unheard_until, unheard)
             self._speech_age = 0
             self.session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
@@ -231,7 +237,7 @@ class TemplateRecogniser:
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
-        if sentence.steps[0].start_frame < self._unheard_until + TORN_WITHIN // HOP_SAMPLES:
+        if sentence.steps[0].start_frame < self._unheard_until + UNHEARD_LEAD_FRAMES:
             return None
         confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
