@@ -74,7 +74,7 @@ RULES = (
     Mechanism(
         "unheard",
         "no sentence right after lost sound",
-        instead(f"{HEARING}.template_recogniser:TORN_WITHIN", 0),
+        instead(f"{HEARING}.template_recogniser:UNHEARD_LEAD_FRAMES", 0),
     ),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", instead(f"{SESSION}:GOING_ON", inf)),
     Mechanism("late-end", "longer rests where a word may go on", instead(f"{SESSION}:LATE_END_FRAMES", 25)),
