@@ -126,6 +126,8 @@ def rfft(signals: NDArray[np.floating], size: int | None = None) -> NDArray[np.c
     return out
 
 
+FRAMES_AT_ONCE = 200
+"""2 s: spectra of longer sounds would only take memory."""
 _WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)
 _FILTERS = mel_filterbank()
 _TRANSFORM = cepstral_transform()
@@ -140,6 +142,10 @@ def energies_of(samples: Samples) -> Energies:
     # Overlapping rows of one array, as from sliding_window_view but with much less Python.
     strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
     frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
+    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, n, FRAMES_AT_ONCE)])
+
+
+def _energies(frames: NDArray[np.float32]) -> Energies:
     offset = np.add.reduce(frames, axis=1, keepdims=True) / np.float32(WINDOW_SAMPLES)
     spectra = rfft((frames - offset) * _WINDOW, FFT_SIZE)  # the offset would leak into the low bands
     power = np.asarray(spectra.real**2 + spectra.imag**2, np.float32)
