@@ -65,6 +65,7 @@ class FilePins(MockFactory):  # type: ignore[misc]
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__(pin_class=FilePin)
-        if folder is None and not os.environ.get(FOLDER_VARIABLE):
+        named = folder or os.environ.get(FOLDER_VARIABLE)
+        if not named:
             raise BadPinFactory(f"the fake pins have no folder; set {FOLDER_VARIABLE}=FOLDER")
-        self.folder = folder or Path(os.environ[FOLDER_VARIABLE])
+        self.folder = Path(named)

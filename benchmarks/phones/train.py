@@ -1,7 +1,7 @@
 """Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
-        [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz] [--mmi 0.8]
+        [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz] [--mmi 1]
 
 With `--from` it goes on from the weights in a file, and `--apart` is that net's. With `--mmi` it learns to tell what
 was said from all other speech, too (`denominator.py`), as the confidence of a sentence does. From then on the best

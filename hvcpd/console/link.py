@@ -22,6 +22,8 @@ ANSWER_S = 10.0
 """A daemon that lives answers within about 0.05 s; to a stop, where the disk does not answer, after LATCH_S."""
 LEARNING = ("add", "remove")
 """Requests about tasks that take as long as LEARN_S."""
+OTHER_SHAPE = (AttributeError, LookupError, TypeError, ValueError)
+"""What is raised where a reply has another shape than docs/control.md has."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
 """Delays before each new attempt to connect, from a connection on; the last one is repeated."""
 MAX_LINE_BYTES = 4 * 1024 * 1024
@@ -65,12 +67,7 @@ class Link:
             except OSError as error:
                 why = error.strerror or "no connection"
                 self._scene.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
-            except (
-                AttributeError,
-                LookupError,
-                TypeError,
-                ValueError,
-            ) as error:  # a reply of another shape than docs/control.md has
+            except OTHER_SHAPE as error:
                 self._scene.link(False, f"That daemon's answer is unknown here ({error}); searching again")
             await self._pause(RETRY_S[min(self._failures, len(RETRY_S) - 1)])
             self._failures += 1

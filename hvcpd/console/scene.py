@@ -52,7 +52,8 @@ class Scene:
 
     def snapshot(self) -> Message:
         """All that a page needs to begin with."""
-        parts = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
+        parts = [self._robots(self._status), self._board(), self._alarms(self._status), self._link]
+        parts += [self._level] if self._level else []
         return {
             "kind": "snapshot",
             "parts": parts,
@@ -71,15 +72,10 @@ class Scene:
 
     def status(self, status: Reply) -> None:
         """Take a reply to `status`; one of another shape raises an error, and is not kept."""
-        before, areas, kept = self.name, _areas(self._status), self._status
+        before, areas = self.name, _areas(self._status)
+        told = self._robots(status), self._alarms(status)
+        self._offset_s = status["wall_s"] - status["now_s"]
         self._status = status
-        try:
-            self._colours.of(self.name)
-            told = self._robots(), self._alarms()
-            self._offset_s = status["wall_s"] - status["now_s"]
-        except Exception:
-            self._status = kept
-            raise
         if before != self.name:
             self._trail.clear()
         for message in told:
@@ -95,7 +91,7 @@ class Scene:
         self._tasks = tasks
         if self._board() != board:
             self.viewers.tell(self._board())
-            self.viewers.tell(self._alarms())
+            self.viewers.tell(self._alarms(self._status))
         if _placed(tasks) != places:
             self._draw()
 
@@ -161,14 +157,13 @@ class Scene:
         trails = [{**self._moved, "points": list(self._trail)}] if self._moved is not None else []
         return {"kind": "plan", "svg": self._plan, "trails": trails}
 
-    def _robots(self) -> Message:
-        status = self._status
+    def _robots(self, status: Reply | None) -> Message:
         if status is None:
             return {"kind": "robots", "robots": [], "stopped": False}
-        doing, task = clean(status["doing"]), status["task"]
+        name, doing, task = clean(status["name"]), clean(status["doing"]), status["task"]
         own = {
-            "name": self.name,
-            "slot": self._colours.of(self.name),
+            "name": name,
+            "slot": self._colours.of(name),
             "team": clean(status["team"] or ""),
             "doing": doing + (f": {task_words(task['number'], task['name'])}" if task else ""),
             "present": True,
@@ -206,8 +201,8 @@ class Scene:
         ]
         return {"kind": "board", "tasks": rows}
 
-    def _alarms(self) -> Message:
-        return {"kind": "alarms", "alarms": alarms_of(self._status, self._tasks) if self._status else []}
+    def _alarms(self, status: Reply | None) -> Message:
+        return {"kind": "alarms", "alarms": alarms_of(status, self._tasks) if status else []}
 
 
 def _areas(status: Reply | None) -> tuple[SharedPlace, ...]:

@@ -93,7 +93,8 @@ def _may_be_a_persons(me: Knowledge, name: str, now: float) -> bool:
 
 
 def _answers_who_is_here(me: Knowledge, name: str, now: float) -> bool:
-    """Whether a robot says its name to a person who asked without one. If it says it once more, it greets."""
+    """Whether a robot says its name to a person who asked without one, which is noted: if it says it once
+    more, it greets."""
     asked_s, peer = me.acquaintance.who_here_s, me.peers.get(name)
     is_over = now > asked_s + HERE_S * (1 + len(me.expected(now)))
     if is_over or peer is None or me.may_be_person(name) or peer.answered_s >= asked_s:

@@ -61,7 +61,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self._spoke_until = -QUIET
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
-        """Speech that begins before this sample may lack its beginning, since sound was lost within QUIET before it."""
+        """Speech that begins before this sample may lack its beginning."""
         self._waiting: list[Segment] = []
         self._last: Segment | None = None
         """The last speech that was searched, if it was not surely a whole sentence."""

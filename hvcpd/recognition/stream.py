@@ -44,9 +44,6 @@ Int16Samples = NDArray[np.int16]
 INT16_SCALE = np.float32(32_768.0)
 LONGEST_SENTENCE = 10 * SAMPLE_RATE_HZ
 """Samples (10 s): no sentence of the phrasebook takes longer. Other talk does, and is searched piece by piece."""
-TORN_WITHIN = SAMPLE_RATE_HZ // 5
-"""What a robot begins this soon (0.2 s) after lost sound, or the own voice, may be the end of a longer sentence. Robots
-wait for 0.5 s before they answer."""
 HISTORY_SAMPLES = 2 * LONGEST_SENTENCE + 9 * SAMPLE_RATE_HZ
 """Length of the history (0.9 MB). `ChannelStage` looks back farthest: to two of the longest sentences and 3 s for their
 noise, after searches of 3 s each."""

@@ -138,39 +138,36 @@ def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     assert visitor.say("Hi Rob, I am Anna, sweep the floor").line == "Anna: Hi Rob, I am Anna, sweep the floor"
 
 
-def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
-    """ "Rob, water the yellow rose" and "Rob, confirmed" were refused, although everybody may say them."""
+def visitor_of(tmp_path: Path) -> tuple[Visitor, list[tuple[Samples, bool]]]:
+    """A visitor, and what she has had played: each sound, and whether at once."""
     options = make_parser().parse_args(["duet", "--pipe"])
-    played: list[Samples] = []
+    played: list[tuple[Samples, bool]] = []
 
-    def play(sound: Samples, _at_once: bool) -> Callable[[], bool]:
-        played.append(sound)
+    def play(sound: Samples, at_once: bool) -> Callable[[], bool]:
+        played.append((sound, at_once))
         return lambda: True
 
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play)
+    return Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play), played
+
+
+def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
+    """ "Rob, water the yellow rose" and "Rob, confirmed" were refused, although everybody may say them."""
+    visitor, played = visitor_of(tmp_path)
     for text in ("Rob, please water the yellow rose", "Hi Rob, I am Anna, water the yellow rose"):
         visitor.say(text).again()
-    assert np.array_equal(*played)
+    assert np.array_equal(*(sound for sound, _ in played))
 
 
 def test_an_arrow_pressed_before_a_sentence_is_no_part_of_it(tmp_path: Path) -> None:
     """ "Stop" after an arrow key was refused."""
-    options = make_parser().parse_args(["duet", "--pipe"])
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], lambda *_: lambda: True)
+    visitor, _ = visitor_of(tmp_path)
     for typed in ("\x1b[Astop", "\x1bOBstop\x07", "\x1b[1;5Dst\x1b[3~op"):
         assert visitor.say(typed).line == "Anna: stop"
 
 
 def test_no_line_with_stop_is_refused_and_each_is_said_at_once(tmp_path: Path) -> None:
     """ "Stop stop" and "stop now" were refused, and "stop" waited for a pause, and behind what was typed before."""
-    options = make_parser().parse_args(["duet", "--pipe"])
-    at_once: list[bool] = []
-
-    def play(_: Samples, says_at_once: bool) -> Callable[[], bool]:
-        at_once.append(says_at_once)
-        return lambda: True
-
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play)
+    visitor, played = visitor_of(tmp_path)
     for typed in ("stop", "stop stop", "STOP!!!", "stop now", "Rob, stop it", "no, stop", "stopp stop"):
         called = visitor.say(typed)
         called.again()
@@ -178,11 +175,11 @@ def test_no_line_with_stop_is_refused_and_each_is_said_at_once(tmp_path: Path) -
         assert called.concerns("Bot")
         assert not called.may_wait
     visitor.say("Bot, stop").again()
-    assert all(at_once)
+    assert all(at_once for _, at_once in played)
     assert visitor.say("what is left").may_wait
     assert not visitor.say("resume").may_wait, "after a stop that was typed later it would undo that"
     visitor.say("resume").again()
-    assert not at_once[-1]
+    assert not played[-1][1]
     for typed in ("stopp", "the stopover", "I have stopped"):
         with pytest.raises(PhraseError):
             visitor.say(typed)

@@ -36,7 +36,7 @@ the least of seven sentences reported beside another was 1,984."""
 MAX_STARTS_OF_WORD = 3
 """Maximum number of starts of each word in each voice."""
 MAX_STARTS = 20
-"""Maximum number of samples at which sentences may start."""
+"""Maximum number of samples at which sentences may start, and of paths in progress that the next search takes over."""
 MIN_DISTANCE = SAMPLE_RATE_HZ // 10
 """Least distance between these samples (0.1 s)."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0

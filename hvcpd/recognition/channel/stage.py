@@ -23,13 +23,16 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, NOISE_LEAD, QUIET, SecondPassStage, Worker
-from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE, TORN_WITHIN
+from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 ONSET_LAG = SAMPLE_RATE_HZ // 4
 """Longest time (samples) from the beginning of speech to its first sign; a sentence takes longer ("stop": 0.4 s)."""
 FAINT_ONSET_LAG = SAMPLE_RATE_HZ
 """The same (1 s) for a voice that hardly rises over the noise, whose first word may not have risen at all."""
+TORN_WITHIN = SAMPLE_RATE_HZ // 5
+"""What a robot begins this soon (0.2 s) after lost sound, or the own voice, may be the end of a longer sentence. Robots
+wait for 0.5 s before they answer."""
 
 
 class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
