@@ -17,10 +17,10 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
-from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -34,60 +34,81 @@ from hvcpd.people.phones import KERNEL_SIZES, PHONES
 
 BLANK = len(PHONES)
 WIDTH = 320
-BATCH_FRAMES = 6000
+BATCH_FRAMES = 10000
+PADDED = 32
+"""Takes are padded to multiples of so many frames."""
 WARP = (0.9, 1.1)
-MEASURED = 10
-"""Batches by which a layer's sums are measured."""
+DECAY = 0.01
+"""Of weights, times the rate of learning."""
 PRINTED = 2000
 """Steps from one check to the next."""
 
 
+class Residual(torch.autograd.Function):
+    """`relu(x + shifted(x) weights + bias)` as one operation, shape (batch, frames, units): a third of the units of
+    `shifted(x)` are `apart` frames earlier, a third as many later. As several, most of the time goes into copies."""
+
+    @staticmethod
+    def forward(ctx: Any, sound: Tensor, weights: Tensor, bias: Tensor, apart: int) -> Tensor:
+        third, seen = sound.shape[2] // 3, sound.clone()
+        seen[:, :apart, :third] = 0.0
+        seen[:, apart:, :third] = sound[:, :-apart, :third]
+        seen[:, -apart:, 2 * third :] = 0.0
+        seen[:, :-apart, 2 * third :] = sound[:, apart:, 2 * third :]
+        out = torch.addmm(bias, seen.flatten(0, 1), weights).add_(sound.flatten(0, 1)).relu_()
+        ctx.save_for_backward(seen, out, weights)
+        ctx.apart = apart
+        return out.view(sound.shape)
+
+    @staticmethod
+    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, Tensor, Tensor, None]:  # type: ignore[override]
+        seen, out, weights = ctx.saved_tensors
+        third, apart = seen.shape[2] // 3, ctx.apart
+        flat = torch.ops.aten.threshold_backward(grad.flatten(0, 1), out, 0)
+        of_weights, of_bias = seen.flatten(0, 1).T @ flat, flat.sum(0)
+        of_seen = (flat @ weights.T).view(grad.shape)
+        of_sound = flat.view(grad.shape)
+        of_sound[:, :-apart, :third] += of_seen[:, apart:, :third]
+        of_sound[:, :, third : 2 * third] += of_seen[:, :, third : 2 * third]
+        of_sound[:, apart:, 2 * third :] += of_seen[:, :-apart, 2 * third :]
+        return of_sound, of_weights, of_bias, None
+
+
 class Net(nn.Module):
-    """As `hvcpd.people.phones.PhoneNet`, with a normalisation of each layer's sums."""
+    """As `hvcpd.people.phones.PhoneNet`."""
 
     def __init__(self, apart: Sequence[int]) -> None:
         super().__init__()
         first, second = KERNEL_SIZES
         self.apart = tuple(apart)
         inputs = [first * N_BANDS, second * WIDTH, *[WIDTH] * len(self.apart)]
-        self.layers = nn.ModuleList(nn.Linear(n, WIDTH) for n in inputs)
-        self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in inputs)
+        # the residual layers begin with little to add, so that the sum of many stays small
+        deviations = [(2.0 / n) ** 0.5 for n in inputs[:2]] + [0.5 * WIDTH**-0.5] * len(self.apart)
+        self.weights = nn.ParameterList(
+            nn.Parameter(torch.randn(n, WIDTH) * each) for n, each in zip(inputs, deviations, strict=True)
+        )
+        self.biases = nn.ParameterList(nn.Parameter(torch.zeros(WIDTH)) for _ in inputs)
         self.out = nn.Linear(WIDTH, BLANK + 1)
-        self.drop = nn.Dropout(0.1)
 
     def forward(self, sound: Tensor) -> Tensor:
-        """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
-        sound = sound.transpose(1, 2)
+        """From (batch, bands, frames) to logits (batch, phones, half the frames); in half of the precision and of the
+        time while it is trained."""
+        kind = torch.bfloat16 if self.training else torch.float32
+        sound = sound.transpose(1, 2).to(kind)
+        layers = [(weights.to(kind), bias.to(kind)) for weights, bias in zip(self.weights, self.biases, strict=True)]
         for number, size in enumerate(KERNEL_SIZES):
-            sound = self.dropped(torch.relu(self.sums(number, beside(sound, size, number + 1))))
-        for number, apart in enumerate(self.apart, len(KERNEL_SIZES)):
-            sound = torch.relu(sound + self.dropped(self.sums(number, shifted(sound, apart))))
-        logits: Tensor = self.out(sound)
+            weights, bias = layers[number]
+            sound = torch.relu(beside(sound, size, number + 1) @ weights + bias)
+        for apart, (weights, bias) in zip(self.apart, layers[len(KERNEL_SIZES) :], strict=True):
+            sound = Residual.apply(sound, weights, bias, apart)
+        logits: Tensor = self.out(sound.float())
         return logits.transpose(1, 2)
-
-    def sums(self, number: int, seen: Tensor) -> Tensor:
-        """A layer's weighted sums of (batch, frames, inputs), normalised."""
-        found: Tensor = self.layers[number](seen)
-        normalised: Tensor = self.norms[number](found.flatten(0, 1))
-        return normalised.view(found.shape)
-
-    def dropped(self, found: Tensor) -> Tensor:
-        """Units left out at random, the same in all of a take: faster than in each frame."""
-        kept: Tensor = self.drop(torch.ones(len(found), 1, WIDTH, dtype=found.dtype))
-        return found * kept
 
 
 def beside(sound: Tensor, size: int, step: int) -> Tensor:
     """Every `step`-th frame of (batch, frames, units) with those around it, `size` in all."""
     n, padded = sound.shape[1], nn.functional.pad(sound, (0, 0, size // 2, size // 2))
     return torch.cat([padded[:, k : k + n : step] for k in range(size)], dim=2)
-
-
-def shifted(sound: Tensor, apart: int) -> Tensor:
-    """The first third of the units from `apart` frames earlier, the last from as many later."""
-    n, third, padded = sound.shape[1], WIDTH // 3, nn.functional.pad(sound, (0, 0, apart, apart))
-    earlier, later = padded[:, :n, :third], padded[:, 2 * apart :, 2 * third :]
-    return torch.cat((earlier, sound[:, :, third : 2 * third], later), dim=2)
 
 
 class Data:
@@ -103,19 +124,19 @@ class Data:
 
     def batches(self, rng: np.random.Generator) -> Iterator[list[int]]:
         """Numbers of takes, each once."""
-        length = np.array([len(each) for each in self.logs]) * rng.uniform(0.9, 1.1, len(self.logs))
-        batches: list[list[int]] = [[]]
-        for number in np.argsort(length):
-            if (len(batches[-1]) + 1) * len(self.logs[number]) > BATCH_FRAMES:
-                batches.append([])
-            batches[-1].append(int(number))
+        padded = np.array([_padded(len(each)) for each in self.logs])
+        batches: list[list[int]] = []
+        for length in np.unique(padded):
+            numbers = rng.permutation(np.flatnonzero(padded == length)).tolist()
+            size = max(BATCH_FRAMES // int(length), 1)
+            batches += [numbers[begin : begin + size] for begin in range(0, len(numbers), size)]
         rng.shuffle(batches)  # type: ignore[arg-type]
-        yield from (batch for batch in batches if batch)
+        yield from batches
 
     def batch(self, numbers: Sequence[int], rng: np.random.Generator | None) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Sound, frames that the net makes of it, phones, and how many; with `rng`, with parts left out."""
         n_frames = np.array([len(self.logs[n]) for n in numbers])
-        sound = np.zeros((len(numbers), N_BANDS, n_frames.max()), np.float32)
+        sound = np.zeros((len(numbers), N_BANDS, _padded(n_frames.max())), np.float32)
         for row, number in enumerate(numbers):
             logs = self.logs[number].T.astype(np.float32)
             if rng is not None:
@@ -131,6 +152,11 @@ class Data:
             torch.from_numpy(phones),
             torch.from_numpy(n_phones),
         )
+
+
+def _padded(n_frames: int) -> int:
+    """Few lengths, since PyTorch prepares a product of matrices anew for each."""
+    return -(-n_frames // PADDED) * PADDED
 
 
 def _warped(logs: np.ndarray, factor: float) -> np.ndarray:
@@ -158,9 +184,7 @@ def loss_of(
 ) -> Tensor:
     """Per phone; with the log likelihood of any speech by its trigrams (`denominator.py`), times `mmi`."""
     sound, n_frames, phones, n_phones = batch
-    with torch.autocast("cpu", torch.bfloat16, enabled=net.training):  # half the time
-        logits = net(sound)
-    log_posteriors = torch.log_softmax(logits.float(), 1).permute(2, 0, 1)
+    log_posteriors = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
     total = nn.functional.ctc_loss(log_posteriors, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
     if after_two is not None:
         total = total + mmi * log_denominator(log_posteriors, n_frames, after_two).sum()
@@ -188,46 +212,37 @@ def errors_of(net: Net, data: Data) -> tuple[float, float]:
 
 
 def weights_of(net: Net) -> dict[str, np.ndarray]:
-    """Of each layer, its norm folded in: `weights0`, shape (inputs, outputs), bytes, with a scale for each output,
-    `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
+    """Of each layer `weights0`, shape (inputs, outputs), bytes, with a scale for each output, `scale0`, and `bias0`,
+    ...; the last layer's end in "_out"."""
     found: dict[str, np.ndarray] = {}
-    for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
-        gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
-        bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
-        found |= stored(f"{number}", (layer.weight.detach() * gain[:, None]).T.numpy(), bias)
+    for number, (weights, bias) in enumerate(zip(net.weights, net.biases, strict=True)):
+        found |= stored(f"{number}", weights.detach().numpy(), bias.detach().numpy())
     found |= stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
     return found | {"apart": np.array(net.apart, np.int64)}
 
 
-def begun(path: Path, data: Data, rng: np.random.Generator) -> Net:
-    """The net in a file. Its norms, folded into its weights there, are taken out again: each layer's sums have the mean
-    and the deviation that they have in some of the data."""
+def begun(path: Path) -> Net:
+    """The net in a file."""
     file = np.load(path)
     net = Net(file["apart"].tolist())
-    net.eval()
-    for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
-        _set(layer, f"{number}", file)
-        norm.bias.data, layer.bias.data = layer.bias.data, torch.zeros(WIDTH)
-        norm.running_var.fill_(1.0 - norm.eps)
-    _set(net.out, "_out", file)
-    for norm in net.norms:
-        seen: list[Tensor] = []
-        hook = norm.register_forward_pre_hook(lambda _, inputs, seen=seen: seen.append(inputs[0]))
-        with torch.no_grad():
-            for numbers in islice(data.batches(rng), MEASURED):
-                net(data.batch(numbers, rng)[0])
-        hook.remove()
-        variance, mean = torch.var_mean(torch.cat(seen), 0)
-        norm.running_mean, norm.running_var = mean, variance
-        norm.bias.data += mean
-        norm.weight.data = torch.sqrt(variance + norm.eps)
-    net.train()
+
+    def weights(name: str) -> Tensor:
+        return torch.from_numpy(file[f"weights{name}"] * file[f"scale{name}"])
+
+    for number, (matrix, bias) in enumerate(zip(net.weights, net.biases, strict=True)):
+        matrix.data, bias.data = weights(f"{number}"), torch.from_numpy(file[f"bias{number}"])
+    net.out.weight.data, net.out.bias.data = weights("_out").T.contiguous(), torch.from_numpy(file["bias_out"])
     return net
 
 
-def _set(layer: nn.Linear, name: str, file: Mapping[str, np.ndarray]) -> None:
-    layer.weight.data = torch.from_numpy((file[f"weights{name}"] * file[f"scale{name}"]).T.copy())
-    layer.bias.data = torch.from_numpy(file[f"bias{name}"].copy())
+def optimizers_of(net: Net, rate: float) -> tuple[torch.optim.Optimizer, torch.optim.Optimizer]:
+    """Muon for matrices, whose steps are made orthogonal; Adam for what is left."""
+    matrices = list(net.weights)
+    rest = [*net.biases, *net.out.parameters()]
+    return (
+        torch.optim.Muon(matrices, rate, weight_decay=DECAY, adjust_lr_fn="match_rms_adamw"),
+        torch.optim.AdamW(rest, rate, weight_decay=0.0),
+    )
 
 
 def main() -> None:
@@ -247,22 +262,23 @@ def main() -> None:
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
     data, checks = Data(o.data), [Data([path]) for path in o.check]
-    net = Net(o.apart) if o.begun is None else begun(o.begun, data, rng)
+    net = Net(o.apart) if o.begun is None else begun(o.begun)
     print("check:", [errors_of(net, check) for check in checks], flush=True)
     after_two = torch.from_numpy(trigrams(data.phones)) if o.mmi > 0.0 else None
-    optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
+    optimizers = optimizers_of(net, o.rate)
     begin, step, losses = time.process_time(), 0, []
     while (done := (time.process_time() - begin) / 60.0 / o.minutes) < 1.0:
         for numbers in data.batches(rng):
             done = (time.process_time() - begin) / 60.0 / o.minutes
-            for group in optimizer.param_groups:
-                falling = max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
-                group["lr"] = o.rate * min(1.0, (step + 1) / 200) * falling
+            falling = max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
             loss = loss_of(net, data.batch(numbers, rng), o.mmi, after_two)
-            optimizer.zero_grad()
+            net.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 5.0)
-            optimizer.step()
+            for optimizer in optimizers:
+                for group in optimizer.param_groups:
+                    group["lr"] = o.rate * min(1.0, (step + 1) / 200) * falling
+                optimizer.step()
             losses.append(float(loss.detach()))
             step += 1
             if step % PRINTED == 0:

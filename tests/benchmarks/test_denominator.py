@@ -58,3 +58,16 @@ def test_frames_after_a_takes_end_do_not_count() -> None:
     found = log_denominator(given, torch.tensor([N_FRAMES, 1]), after_two)
     alone = log_denominator(given[:1, 1:], torch.tensor([1]), after_two)
     assert float(found[1]) == pytest.approx(float(alone[0]), abs=1e-4)
+
+
+def test_the_gradient_is_that_of_small_differences() -> None:
+    given, n_frames = log_posteriors(2), torch.tensor([N_FRAMES, 2])
+    after_two = torch.from_numpy(AFTER_TWO)
+    exact = given.clone().requires_grad_()
+    log_denominator(exact, n_frames, after_two).sum().backward()
+    for place in ((0, 0, 3), (2, 0, N), (1, 1, 7), (2, 1, 4)):
+        moved = [given.clone(), given.clone()]
+        moved[0][place] += 0.05
+        moved[1][place] -= 0.05
+        up, down = (float(log_denominator(each, n_frames, after_two).sum()) for each in moved)
+        assert float(exact.grad[place]) == pytest.approx((up - down) / 0.1, abs=2e-4)
