@@ -8,7 +8,7 @@ remaining tasks, and is then told. So all robots reach the same state, whichever
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from hvcpd.coordination import claims, commands, composing, objecting, schedule
@@ -260,37 +260,52 @@ def spread(me: Knowledge, now: float) -> None:
 
 
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
-    """The sentence, without the part about a task whose last change its speaker does not know; corrects the speaker."""
-    said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
+    """The sentence without what is outdated in it, of which its speaker is told; None if it says nothing else."""
+    said, now = m.own_words(heard.utterance.statement), heard.now
     _believe_rumours(me, heard, said.claim if isinstance(said, m.Completed) else said)
     match said:
-        case m.Completed(ref, count=count):
-            entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
-            if entry is None:
-                return heard
-            in_passing = said.claim is not None  # its doer says it, just after
-            if not _is_outdated(me, entry, doer, count) and (
-                in_passing or not _is_of_another_time(me, entry, doer, count, now)
-            ):
-                return heard
-            tell(me, heard.speaker, entry, now)
-            return replace(heard, utterance=replace(u, statement=said.claim)) if said.claim is not None else None
-        case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
-            entry, doer = me.board.find(ref), heard.to.name
-            if entry is None:
-                return heard
-            if not _may_be_outdated(me, heard, entry, doer) and not _is_of_another_time(me, entry, doer, None, now):
-                return heard
-            tell(me, heard.speaker if entry.is_shared or doer == me.role.name else doer, entry, now)
-            return None
+        case m.Completed() | m.Confirmed(complete=True):
+            doer = _doer(heard, said)
+            outdated = [entry for entry in me.board.known(said.tasks) if _is_old(me, heard, entry, said, doer)]
+            for entry in outdated:
+                by_doer = isinstance(said, m.Confirmed) and not (entry.is_shared or doer == me.role.name)
+                tell(me, doer if by_doer else heard.speaker, entry, now)
+            return _without(heard, said, [entry.number for entry in outdated])
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
-            if not me.is_partner(u.speaker):  # otherwise it denies a read-back
+            if not me.is_partner(heard.speaker):  # otherwise it denies a read-back
                 _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
             for number in me.board.not_done():
                 if number not in said.numbers:
                     _tell_if_changed(me, heard, number)
     return heard
+
+
+def _doer(heard: Heard, said: m.Completed | m.Confirmed) -> str | None:
+    """The robot that has done the tasks of a report, or of its confirmation; None if that is not known."""
+    if isinstance(said, m.Confirmed):
+        return heard.to.name if isinstance(heard.to, m.ToRobot) else None
+    statement = heard.utterance.statement
+    return statement.speaker if isinstance(statement, m.Relayed) else heard.speaker
+
+
+def _is_old(me: Knowledge, heard: Heard, entry: Entry, said: m.Completed | m.Confirmed, doer: str | None) -> bool:
+    """Whether what is said to be done may be this task before its last change, or another occurrence of it."""
+    if isinstance(said, m.Completed):
+        in_passing = said.claim is not None  # its doer says it, just after
+        of_another_time = not in_passing and _is_of_another_time(me, entry, doer, said.count, heard.now)
+        return _is_outdated(me, entry, doer, said.count) or of_another_time
+    of_another_time = _is_of_another_time(me, entry, doer, None, heard.now)
+    return doer is not None and (of_another_time or _may_be_outdated(me, heard, entry, doer))
+
+
+def _without(heard: Heard, said: m.Completed | m.Confirmed, numbers: Sequence[int]) -> Heard | None:
+    """The sentence without these tasks; None if nothing is left of it."""
+    if not numbers:
+        return heard
+    left = [ref for ref in said.tasks if ref.number not in numbers]
+    rest = replace(said, task=left[0], also=None) if left else said.claim if isinstance(said, m.Completed) else None
+    return replace(heard, utterance=replace(heard.utterance, statement=rest)) if rest is not None else None
 
 
 def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bool:
@@ -300,9 +315,8 @@ def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bo
     if not entry.is_shared:
         return _is_outdated(me, entry, name, None)
     last = me.repair.last_said
-    answers = (
-        is_for_me_alone(me, heard.to) and last is not None and m.own_words(last.statement) == composing.change(entry)
-    )
+    has_told = last is not None and m.own_words(last.statement) == composing.change(entry)
+    answers = has_told and is_for_me_alone(me, heard.to)
     return entry.is_changed and not entry.known_done and name not in entry.parts and not answers
 
 
@@ -329,9 +343,8 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False
     known = _counted(entry, count) if count is not None else None
-    if known is not None and known < entry.change:
-        return True
-    return schedule.is_just_due(entry, now) and known != entry.change
+    is_older = known is not None and known < entry.change
+    return is_older or (schedule.is_just_due(entry, now) and known != entry.change)
 
 
 REACTIONS: Reactions = {m.Change: changed, m.Order: _ordered}

@@ -190,7 +190,8 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
     slot += UNSURE_SLOTS if others_know_more else 0
 
     def still() -> bool:
-        return complete or all(name in (me.board[each].owner, *me.board[each].parts) for each in numbers)
+        entries = [me.board[each] for each in numbers]
+        return all(each.known_done if complete else name in (each.owner, *each.parts) for each in entries)
 
     def on_said() -> None:
         for each in numbers if sure else ():
@@ -211,9 +212,9 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     if not upon:  # it knows nothing of what is reported
         _settle(me, heard, speaker, claimed or s.tasks, False)
         return
-    objection = any(_is_objection(me, speaker, number, now) for number in upon)
-    if objection:
-        me.floor.withdraw(f"done {upon[0]}")
+    objected = [number for number in upon if _is_objection(me, speaker, number, now)]
+    for number in objected:
+        me.floor.withdraw(f"done {number}")
     new = [number for number in upon if not me.board[number].known_done]
     doubted = [number for number in upon if doubts(me, speaker, number, s.next is not None, now)]
     noted = [number for number in upon if not doubted and note_done(me, speaker, number, now)]
@@ -226,11 +227,11 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     unknown = _unknown_of(me, (*claimed, *s.tasks))
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
-    elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
+    elif not sure and not doubt and not objected and len(me.peers.present(now)) <= SMALL_TEAM:
         composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
     elif unknown and upon:
         _tell_unknown(me, heard, speaker, unknown)  # nor does it object to the rest (`answers._unknown`)
-    elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
+    elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objected):
         _confirm_in_turn(me, speaker, upon, now, sure)
     me.reconsider(now)
 

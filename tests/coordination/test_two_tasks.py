@@ -8,6 +8,7 @@ import pytest
 from hvcpd.coordination import choosing
 from hvcpd.coordination.actions import Role, Say, Speech
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.entry import DONE, OPEN
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -217,3 +218,39 @@ def test_the_second_task_goes_to_who_is_at_work_on_it() -> None:
     for _ in "to the first", "at the first":
         robot.performed(now + 10.0)
     assert robot.state is State.REPORTING
+
+
+@pytest.mark.parametrize(
+    "said",
+    [m.Completed(ONE, also=TWO), m.Completed(TWO, also=ONE), m.Confirmed(ONE, complete=True, also=TWO)],
+)
+def test_a_report_of_two_tells_nothing_of_the_one_that_is_to_be_done_again(said: m.Completed | m.Confirmed) -> None:
+    """Only its first task was looked at: the second was taken for done, or the whole report was lost."""
+    robot = rob(volunteer=False)
+    hear(robot, m.Change(TWO, count=1), 10.0, m.ToAll())
+    robot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 20.0)
+    to, speaker = (m.ToRobot("Zoe"), "Bot") if isinstance(said, m.Confirmed) else (m.ToAll(), "Zoe")
+    robot.heard(m.Utterance(speaker, to, None, said), 50.0)
+    assert [robot.board[number].state for number in (1, 2)] == [DONE, OPEN]
+    assert next_said(robot, 50.0)[0] == m.Change(TWO, count=1)
+
+
+def test_that_a_task_is_complete_is_not_confirmed_once_it_is_to_be_done_again() -> None:
+    """Whoever pressed "again" just as a robot had reported heard "confirmed one complete" after it."""
+    robot = rob(volunteer=False)
+    hear(robot, m.Claim(ONE), 10.0, m.ToAll())
+    hear(robot, m.Completed(ONE), 20.0, m.ToAll())
+    assert robot.knowledge.floor.wants("confirm Bot")
+    assert robot.change(1, False, 20.5) is None
+    assert next_said(robot, 20.5)[0] == m.Change(ONE, count=1)
+
+
+def test_who_hears_that_two_are_done_does_not_object_for_the_second_as_well() -> None:
+    robot = rob(volunteer=False)
+    for ref in (ONE, TWO):
+        hear(robot, m.Claim(ref), 10.0, m.ToAll())
+        hear(robot, m.Completed(ref), 20.0, m.ToAll())
+    robot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(TWO)), 100.0)
+    assert robot.knowledge.floor.wants("done 2")
+    hear(robot, m.Completed(ONE, also=TWO), 103.0, m.ToAll())
+    assert not robot.knowledge.floor.wants("done 2")
