@@ -53,11 +53,11 @@ class Entry:
     is_changed: bool = False
     """The last change was made since the task was last due."""
     rumoured_change: tuple[int, float] = (0, -math.inf)
-    """Of a recurring task: the number of a change that was heard once, and is not believed yet; and when, s."""
+    """The number of a change that was heard once, and is not believed yet; and when, s."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
-    """When it was left out, by the sample clock."""
+    """Of a recurring task: when this robot heard or knew it to become due, by the sample clock."""
     gone: bool = False
     """The team no longer has this task; questions about it may still be answered."""
     done_s: float = -math.inf

@@ -129,7 +129,8 @@ class Robot:
     def adopt(
         self, phrasebook: Phrasebook, recogniser: SpeechRecogniser, then: Callable[[], None] | None = None
     ) -> None:
-        """Understand other words, and then call `then`, as soon as no speaker is in the middle of a sentence."""
+        """Understand other words, and then call `then`, as soon as no speaker is in the middle of a sentence, and it is
+        known whether "stop" was said."""
         self._lesson = (phrasebook, recogniser)
         self._on_adopted += [then] if then is not None else []
 

@@ -22,15 +22,15 @@ class Asker:
     def __init__(self) -> None:
         self._history, self._now = History(), 0
         self.ranging = Ranging("Rob", self._history)
-        self._hear(np.zeros(PAUSE, np.float32))
+        self.hear(np.zeros(PAUSE, np.float32))
 
     def asks(self) -> None:
-        start = self._hear(VOICE, own=True)
+        start = self.hear(VOICE, own=True)
         self.ranging.say(m.Utterance("Rob", m.ToRobot("Bot"), statement=m.HowFarAway()), VOICE, start)
         assert self.ranging.said(0.0) is None
 
     def hears(self, statement: m.Statement) -> Distance | None:
-        start = self._hear(VOICE)
+        start = self.hear(VOICE)
         said = m.Utterance("Bot", m.ToRobot("Rob"), statement=statement)
         return self.ranging.understood(said, start, lambda _: VOICE)
 
@@ -39,7 +39,8 @@ class Asker:
         self._now += n_samples
         self.ranging.lost(self._now)
 
-    def _hear(self, sound: Samples, own: bool = False) -> int:
+    def hear(self, sound: Samples, own: bool = False) -> int:
+        """Its microphone hears a sound; returns the sample at which it began."""
         start, self._now = self._now, self._now + LENGTH + PAUSE
         noise = 1e-4 * np.random.default_rng(start).standard_normal(LENGTH + PAUSE)
         noise[: len(sound)] += sound

@@ -17,7 +17,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.language.messages import Stop, Utterance
+from hvcpd.language.messages import Stop, ToRobot, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
@@ -48,7 +48,7 @@ class ScriptedEars:
         return []
 
     def adopt(self, others: ScriptedEars) -> None:
-        raise AssertionError("nobody spells a name here")
+        """They report what they are told to, whatever words they know."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         pass
@@ -261,6 +261,23 @@ def test_each_detector_lets_go_of_its_own_hold_only() -> None:
     assert bench.noted(HoldRecord) == [HoldRecord(held_s, bench.robot.now)]
 
 
+def test_new_words_wait_until_it_is_known_what_the_robot_stands_still_for() -> None:
+    """The new ears would not know of the word that the old ones were not sure of."""
+    bench, adopted = Bench(Forward(2.0)), list[float]()
+    bench.until_driving()
+    bench.live(Held(0, 1))
+    bench.robot.adopt(bench.robot.phrasebook, bench.robot._recogniser, lambda: adopted.append(bench.robot.now))
+    bench.run(1.0)
+    bench.live(Released(0, 1))
+    bench.recogniser.busy = True
+    bench.run(1.0)
+    assert not adopted, "nor in the middle of a sentence"
+    bench.recogniser.busy = False
+    bench.live()
+    bench.live()
+    assert len(adopted) == 1
+
+
 def test_watering_takes_its_time_beside_the_hold() -> None:
     ends = []
     for held_s in (0.0, 3.0):
@@ -305,6 +322,23 @@ def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
     assert overheard.disturbed == 1, "what it played with gaps, it may hear"
     overheard.coming = [Urgent(100, 200)]
     bench.live()
+    assert bench.stopped
+    bench.run(20.0)
+    assert any(isinstance(r, SaidRecord) and r.text.endswith("I have stopped") for r in bench.records)
+    assert len(overheard.begun) == 1, "stopped, it need not listen over its own voice"
+
+
+def test_a_stop_that_follows_its_own_is_no_echo_of_it() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    assert bench.coordination.say(Utterance(None, ToRobot("Bot"), None, Stop()), bench.robot.now) is None
+    while not bench.robot.speaking:
+        bench.live()
+    while bench.robot.speaking:
+        bench.live()
+    assert not bench.stopped
+    n = round(bench.robot.now * SAMPLE_RATE_HZ)
+    bench.live(Recognised(("stop",), "oak", n, n + BLOCK, 1.0, 20.0, ()))
     assert bench.stopped
 
 

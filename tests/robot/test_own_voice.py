@@ -177,7 +177,7 @@ def test_the_latency_counts_as_known_once_a_sentence_came_back_in_time() -> None
     assert seen == [True, True, False, True, True], "what is not found changes nothing, what is sooner once is in doubt"
 
 
-def test_what_loses_sound_puts_the_latency_may_be_outbid() -> None:
+def test_what_loses_sound_puts_the_latency_in_doubt() -> None:
     for doubt in (
         lambda voice: voice.lose(0.1),
         lambda voice: voice.break_off(1.0),
