@@ -8,6 +8,7 @@ import pytest
 
 from hil_fakes.word_occurrences import BEGIN_S, counted
 from hvcpd.coordination import schedule
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.hourly import EVERY_HOUR, HOUR_S, again, done_for_this_hour
 
@@ -95,10 +96,12 @@ def test_a_robot_that_took_its_task_for_due_too_early_still_hears_when_it_is() -
     claim = m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
     bot.heard(claim, due_s - 680.0)
     assert not bot.board[1].known_done
+    bot.knowledge.state, bot.knowledge.current.task = State.GOING, 1
     quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=(rob.board[1].change - 1) % 9 + 1))
     bot.heard(m.Utterance("Max", m.ToRobot("Rob"), None, quoted), due_s - 670.0)
     bot.actions(due_s - 670.0)
     assert bot.board[1].known_done
+    assert bot.task is None
     bot.heard(claim, due_s + 10.0)
     assert bot.board[1].owner == "Rob"
 

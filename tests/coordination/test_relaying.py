@@ -1,12 +1,17 @@
 """Two that do not hear each other, and a third one between them that passes their words on."""
 
+import random
+
 import pytest
 
 from hil_fakes.word_channel import Conditions
 from hvcpd.config.tasks import Place, TaskDefinition, Tend, Wait
+from hvcpd.coordination.actions import Role
+from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission
+from tests.coordination.test_two_tasks import next_said
 
 HERE = (TaskDefinition(1, "water the green rose", None, (Wait(1.0), Tend(5.0))),)
 """Done on the spot, so that nobody comes nearer."""
@@ -154,3 +159,55 @@ def test_what_says_two_things_is_not_passed_on() -> None:
         mission.air.run_until(now + 30.0)
         passed_on = m.Relayed("Zoe", statement) in [u.statement for u in relays(mission)]
         assert passed_on is (statement == m.Busy())
+
+
+NAMES, ONE = ("Rob", "Max", "Zoe"), m.TaskByNumber(1)
+
+
+def met(name: str, robots: int = 1, **role: object) -> Coordination:
+    """One of the three that is free, and has heard the other two."""
+    task = TaskDefinition(1, "water the green rose", None, (Tend(5.0),), robots=robots)
+    robot = Coordination(Role(name, "plant", roster=NAMES, **role), (task,), random.Random(1))  # type: ignore[arg-type]
+    robot.knowledge.state = State.READY
+    for other in NAMES:
+        if other != name:
+            robot.heard(m.Utterance(other, m.ToTeam("plant")), 0.0)
+    return robot
+
+
+def test_what_is_said_again_minutes_later_is_another_message() -> None:
+    """It was passed on once then, and its repetition no more."""
+    max_ = met("Max", volunteer=False)
+    for now in (10.0, 300.0):
+        passed_on = []
+        for _ in range(3):
+            max_.heard(m.Utterance("Rob", m.ToRobot("Zoe"), None, m.Order(ONE)), now)
+            passed_on.append(max_.knowledge.floor.wants("relay rob zoe"))
+            if passed_on[-1]:
+                said, now = next_said(max_, now)
+                assert said == m.Relayed("Rob", m.Order(ONE))
+            now += 5.0
+        assert passed_on == [True, True, False]
+
+
+@pytest.mark.parametrize(("listener", "speaker"), [("Zoe", "Rob"), ("Rob", "Zoe")])
+def test_who_is_heard_through_another_one_counts_as_present(listener: str, speaker: str) -> None:
+    robot, now = met(listener, coordinator=listener == "Rob"), 1000.0
+    peer = robot.peers.get(speaker)
+    assert peer is not None
+    peer.assigned = 1
+    robot.board.complete(1, "Max")  # what is reported is known
+    words = m.Order(ONE) if listener == "Zoe" else m.Completed(ONE)
+    assert not robot.peers.is_present(speaker, now)
+    robot.heard(m.Utterance("Max", m.ToRobot(listener), None, m.Relayed(speaker, words)), now)
+    assert robot.peers.is_present(speaker, now)
+    assert (peer.assigned is None) is (listener == "Rob"), "its order is carried out"
+
+
+@pytest.mark.parametrize("robots", [1, 2])
+def test_who_is_said_to_have_done_its_task_denies_it_unless_it_has_done_its_part(robots: int) -> None:
+    rob = met("Rob", robots)
+    if robots > 1:
+        rob.board[1].acted_s = 5.0
+    rob.heard(m.Utterance("Max", m.ToAll(), None, m.Relayed("Rob", m.Completed(ONE))), 10.0)
+    assert rob.knowledge.floor.wants("answer Max") is (robots == 1)

@@ -1,7 +1,9 @@
 """Speech that is not understood is asked for again; a name used by two is nobody's."""
 
+import pytest
+
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.repair import UNCLEAR_MAX
+from hvcpd.coordination.repair import ASK_AGAIN, UNCLEAR_MAX
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -35,6 +37,14 @@ def test_say_again_twice_then_slowly_then_it_is_given_up() -> None:
     ]
 
 
+def test_who_is_understood_is_not_asked_again() -> None:
+    mission, robot = _ordered()
+    robot.garbled(False, mission.air.now)
+    assert robot.knowledge.floor.wants(ASK_AGAIN)
+    robot.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, m.WhatDoing()), mission.air.now + 0.1)
+    assert not robot.knowledge.floor.wants(ASK_AGAIN)
+
+
 def test_a_person_has_the_last_sentence_said_again_and_more_slowly() -> None:
     mission, _ = _ordered()
     mission.slowly.clear()
@@ -47,6 +57,16 @@ def test_a_person_has_the_last_sentence_said_again_and_more_slowly() -> None:
     assert mission.slowly["Rob"][:2] == [False, True]
 
 
+@pytest.mark.parametrize("asked_after_s", [0.2, 3.0])
+def test_who_says_its_sentence_again_waits_for_the_answer_as_long_as_ever(asked_after_s: float) -> None:
+    mission, _ = _ordered()
+    began_s = mission.air.now
+    mission.hear(began_s + asked_after_s, "Hi Rob, I am Anna, say again")
+    mission.air.run_until(began_s + 30.0)
+    again_s, next_s, last_s = [at_s for at_s, speaker, _ in mission.said if speaker == "Rob" and at_s > began_s][:3]
+    assert next_s - again_s >= last_s - next_s
+
+
 def test_noise_out_of_the_blue_is_not_answered() -> None:
     mission = Mission(("Rob",), plants(1), seed=5, coordinator="Nobody")
     mission.air.run_until(60.0)
@@ -54,6 +74,16 @@ def test_noise_out_of_the_blue_is_not_answered() -> None:
     mission.air.refresh()
     mission.air.run_until(90.0)
     assert mission.written(60.0) == []
+
+
+@pytest.mark.parametrize(("said", "again"), [(m.Free(), True), (m.PlaceWanted("bridge"), False)])
+def test_what_was_talked_over_is_said_again_unless_it_is_asked_again_anyway(said: m.Statement, again: bool) -> None:
+    mission = Mission(("Rob",), plants(1), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    rob = mission.robots["Rob"]
+    rob.knowledge.repair.last_said = m.Utterance("Rob", m.ToAll(), None, said)
+    rob.garbled(True, 60.0)
+    assert rob.knowledge.floor.wants("again") is again
 
 
 def test_who_says_its_name_and_is_not_understood_is_told_so() -> None:
