@@ -88,7 +88,7 @@ class Acquaintance:
     spelled_s: float = NEVER_S
     """When this robot last spelled its name."""
     own_name_heard_s: tuple[float, ...] = ()
-    """When another voice used this robot's name."""
+    """When another voice used this robot's name: the last two times."""
     was_busy: bool = False
     """It has claimed a task since it last said that it is free."""
     strangers: bool = False

@@ -171,7 +171,7 @@ def _wait(me: Knowledge, now: float) -> None:
         me.acquaintance.call_s,
         me.waiting.until_s,
         *(p.silent_until_s for p in me.peers.all()),
-        *(heard_s + me.timing.name_conflict_s for heard_s in me.acquaintance.own_name_heard_s[-2:-1]),
+        *(heard_s + me.timing.name_conflict_s for heard_s in me.acquaintance.own_name_heard_s[:-1]),
     ]
     me.timer_s = min((t for t in waits if t is not None and t > now), default=math.inf)
 

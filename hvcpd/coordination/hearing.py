@@ -62,7 +62,7 @@ def hear_namesake(me: Knowledge, utterance: m.Utterance, trust: Trust, now: floa
 def _note_namesake(me: Knowledge, now: float) -> None:
     """Twice is no mishearing: both robots must say so, and do nothing."""
     was_known = choosing.in_name_conflict(me, now)
-    me.acquaintance.own_name_heard_s = (*me.acquaintance.own_name_heard_s[-3:], now)
+    me.acquaintance.own_name_heard_s = (*me.acquaintance.own_name_heard_s[-1:], now)
     if choosing.in_name_conflict(me, now) and not was_known:
         if me.state in PROPOSING:
             fire(me, Trigger.LOST, now)

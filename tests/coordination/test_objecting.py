@@ -14,6 +14,7 @@ from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import plants
+from tests.coordination.test_two_tasks import next_said
 
 TRIALS = 300
 ONE = m.TaskByNumber(1)
@@ -332,6 +333,9 @@ def test_one_list_is_believed_if_its_words_are_sealed(sealed: bool) -> None:
     hear(bot, "Zoe", "Bot", m.Left())
     assert bot.board[1].hearsay is not sealed
     assert bot.board[1].known_done is sealed
+    if sealed:
+        bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Claim(ONE)), 15.0)
+        assert next_said(bot, 15.0)[0] == m.Negative(), "it does not know which robot did it"
 
 
 @pytest.mark.parametrize(
@@ -349,6 +353,18 @@ def test_what_nobody_has_spoken_of_is_not_done_because_others_leave_it_out(
         hear(bot, "Zoe", "Kim", m.Left(m.TaskByNumber(said)))
     hear(bot, "Zoe", "Bot", m.Left())
     assert (bot.board[1].state == OPEN) is open_now
+
+
+def test_who_denies_what_another_one_said_in_its_name_has_not_done_it() -> None:
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Zoe", 60.0)
+    bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Completed(ONE)), 5.0)
+    hear(bot, "Kim", "Zoe", m.Confirmed(ONE, complete=True))
+    bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 20.0)
+    assert bot.knowledge.floor.wants("done 1")
+    bot.heard(m.Utterance("Zoe", m.ToRobot("Bot"), None, m.Negative()), 25.0)
+    assert bot.board[1].state == OPEN
 
 
 def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() -> None:

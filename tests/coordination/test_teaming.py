@@ -223,6 +223,15 @@ def test_a_task_for_more_robots_than_are_free_keeps_nobody_from_taking_over_anot
     assert choosing.tasks_to_claim(kim.knowledge, 260.0) == (2,)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_task_that_another_one_waits_for_help_with_comes_first(seed: int) -> None:
+    names = ("Ada", "Kim", "Max")
+    tasks = tuple(replace(task, robots=2) for task in plants(4))
+    kim = Coordination(Role("Kim", "plant", roster=names), tasks, random.Random(seed))
+    kim.board.claim(3, "Max", 250.0)
+    assert choosing.tasks_to_claim(kim.knowledge, 10.0) == (3,)
+
+
 def test_who_leaves_a_task_for_several_says_so_before_it_claims_another() -> None:
     """To the others it had done its part when it claimed another one; a minute later it said that it had not (seed
     3359 of the random teams)."""
