@@ -56,8 +56,10 @@ def test_the_first_claim_tells_its_way_and_a_later_one_does_not() -> None:
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(ONE), now)
     for _ in "there", "done":
         ada.performed(now + 20.0)
-    said, _ = next_said(ada, now + 20.0)
+    said, now = next_said(ada, now + 20.0)
     assert said.statement == m.Completed(ONE, TWO)
+    hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(TWO), now)
+    assert not ada.knowledge.floor.wants("done 1"), "its report was confirmed with the claim"
 
 
 @pytest.mark.parametrize(("x_m", "bids"), [(9.0, True), (7.0, True), (6.0, False), (0.0, False)])
@@ -78,6 +80,14 @@ def test_who_has_another_task_first_leaves_what_is_claimed() -> None:
     said, _ = next_said(zoe, now)
     assert isinstance(said.statement, m.Claim)
     assert said.statement.task == TWO
+
+
+def test_a_bid_is_confirmed_by_a_third_robot_which_knows_then_whose_way_is_the_shorter() -> None:
+    max_ = robot("Max", 300.0, roster=(*NAMES, "Max"))
+    hear(max_, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=10))
+    hear(max_, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, distance_m=2), 3.0)
+    assert max_.knowledge.floor.wants("confirm Zoe")
+    assert (max_.board[1].owner, max_.board[1].distance_m) == ("Zoe", 2)
 
 
 def test_who_is_outbid_gives_way_whatever_its_name() -> None:

@@ -102,6 +102,7 @@ def test_both_must_be_confirmed() -> None:
 def test_if_one_of_the_two_is_done_the_other_is_claimed_again() -> None:
     robot, now = claimed_two()
     hear(robot, m.Completed(TWO), now, m.ToAll())
+    assert not robot.knowledge.floor.wants("again Bot"), "an objection is asked about in turn"
     asked, now = next_said(robot, now)
     said, _ = next_said(robot, now)
     assert (asked, said) == (m.SayAgain(), m.Claim(ONE))
@@ -243,6 +244,41 @@ def test_that_a_task_is_complete_is_not_confirmed_once_it_is_to_be_done_again() 
     assert robot.knowledge.floor.wants("confirm Bot")
     assert robot.change(1, False, 20.5) is None
     assert next_said(robot, 20.5)[0] == m.Change(ONE, count=1)
+
+
+@pytest.mark.parametrize(("state", "said"), [(State.CLAIMING, True), (State.REPORTING, False)])
+def test_a_confirmation_of_the_report_is_none_of_what_is_still_to_be_said(state: State, said: bool) -> None:
+    robot = rob()
+    robot.knowledge.state, robot.knowledge.report.tasks, robot.knowledge.report.said = state, (1,), said
+    hear(robot, m.Confirmed(ONE, complete=said), 10.0)
+    assert robot.state is state
+    assert robot.knowledge.report.tasks == (() if said else (1,))
+
+
+def test_who_has_given_its_task_up_can_be_given_another() -> None:
+    robot = rob(coordinator=True)
+    hear(robot, m.Free(), 1.0)
+    bot = robot.peers.get("Bot")
+    assert bot is not None
+    bot.assigned = 1
+    hear(robot, m.Failed(ONE), 10.0, m.ToAll())
+    assert bot.assigned is None
+
+
+def test_a_list_of_what_is_left_that_another_one_has_told_all_is_not_told_again() -> None:
+    robot = rob()
+    robot.heard(m.Utterance(None, m.ToAll(), None, m.WhatLeft()), 10.0)
+    assert robot.knowledge.floor.wants("left")
+    hear(robot, m.Left(ONE, TWO, more=True), 13.0, m.ToAll())
+    assert not robot.knowledge.floor.wants("left")
+
+
+@pytest.mark.parametrize(("state", "tells"), [(State.READY, True), (State.MEETING, False)])
+def test_a_newcomer_does_not_say_that_it_does_not_know_a_task(state: State, tells: bool) -> None:
+    robot = rob(volunteer=False)
+    robot.knowledge.state = state
+    hear(robot, m.Claim(m.TaskByNumber(9)), 10.0, m.ToTeam("plant"))
+    assert robot.knowledge.floor.wants("confirm Bot") is tells
 
 
 def test_who_hears_that_two_are_done_does_not_object_for_the_second_as_well() -> None:
