@@ -42,6 +42,14 @@ def test_a_robot_that_knows_by_its_clock_what_is_done_objects_to_whoever_did_it(
     assert bot.board[1].known_done
 
 
+def test_who_claims_again_what_it_has_done_is_told_so_by_a_robot_that_knows_by_its_clock() -> None:
+    mission = done_for_this_hour(doer="Bot")
+    rob = mission.robots["Rob"]
+    rob.heard(m.Utterance("Bot", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))), mission.air.now)
+    assert rob.board[1].known_done
+    assert rob.knowledge.floor.wants("done 1")
+
+
 @pytest.mark.parametrize(("listener", "speaker", "ahead"), [("Bot", "Rob", 3), ("Rob", "Bot", 1), ("Bot", "Rob", 1)])
 def test_a_new_number_must_be_heard_twice(listener: str, speaker: str, ahead: int) -> None:
     """It was told of task two, and has heard task one (seeds 701103 and 710888). Bot, which has no clock, does not
