@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,7 +38,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser, Evidence, no
 from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
-from hvcpd.recognition.stages import SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (
@@ -73,10 +73,10 @@ class Searched(SynchronousWorker[ChannelSegment, SearchResult]):
         super().__init__()
         self.jobs: list[ChannelSegment] = []
 
-    def submit(self, job: ChannelSegment, listener: SegmentSearcher[ChannelSegment, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, search: Callable[[ChannelSegment], SearchResult]) -> bool:
         """As `Worker.submit`."""
         self.jobs.append(job)
-        return super().submit(job, listener)
+        return super().submit(job, search)
 
 
 class Bench:

@@ -58,8 +58,8 @@ class Watched(TemplateRecogniser):
         self.judged: list[tuple[Sentence, tuple[str, ...]]] = []
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
-        words = tuple(self.session.word_of(step) for step in sentence.steps)
-        if self.session.lead_in(sentence.steps[0].start_frame) < self._settings.max_lead_in:
+        words = tuple(word.text for word in sentence.words)
+        if self.session.lead_in(sentence.words[0].step.start_frame) < self._settings.max_lead_in:
             self.judged.append((sentence, words))
         return super()._accepted(sentence)
 
@@ -80,7 +80,8 @@ def foreign(book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int
 
 
 def is_right(sentence: Sentence, words: tuple[str, ...], spoken: Sequence[Spoken]) -> bool:
-    start, end = sentence.steps[0].start_frame * HOP_SAMPLES, sentence.steps[-1].end_frame * HOP_SAMPLES
+    first, last = sentence.words[0].step, sentence.words[-1].step
+    start, end = first.start_frame * HOP_SAMPLES, last.end_frame * HOP_SAMPLES
     return any(start < s.end and end > s.start and words == s.words for s in spoken)
 
 

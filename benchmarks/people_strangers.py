@@ -37,8 +37,8 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.people.fusion import same_meaning
 from hvcpd.people.phones import net_inputs
-from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.stage import Found, PeopleStage
+from hvcpd.people.second_pass import Found
+from hvcpd.people.stage import PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Held, Recognised, Urgent
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
@@ -241,25 +241,25 @@ def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> No
     length = 60 * SAMPLE_RATE_HZ
     sound = np.concatenate([np.zeros(SAMPLE_RATE_HZ, np.float32), *map(levelled, talk)])[:length]
     sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
-    opinion = TimedLooks(stage.opinion(stage.book.people_graph, ()))
+    opinion, worker = stage.opinion(stage.book.people_graph, ()), TimedWorker()
     begin = time.thread_time()
     first = make_template_recogniser(stage.book, stage.names[:2], stage.sound)
-    events = listen(SpeechRecogniser(first, [PeopleStage(first, opinion, SynchronousWorker())]), sound)
-    took = time.thread_time() - begin - opinion.loaded_s
+    events = listen(SpeechRecogniser(first, [PeopleStage(first, opinion, worker)]), sound)
+    took = time.thread_time() - begin - worker.loaded_s
     told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
     garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ
     print(
-        f"a minute of people's talk, {label}: {told or 'nothing'} told, {garbled:.0f} s garbled; {opinion.looks} "
-        f"looks at {opinion.seen_s(length):.0f} s of it take {opinion.took_s / 60:.1%} of a core, with the robots' "
+        f"a minute of people's talk, {label}: {told or 'nothing'} told, {garbled:.0f} s garbled; {worker.looks} "
+        f"looks at {worker.seen_s(length):.0f} s of it take {worker.took_s / 60:.1%} of a core, with the robots' "
         f"listener {took / 60:.1%}"
     )
 
 
-class TimedLooks:
-    """A second pass that reports its cost and the duration of its sound."""
+class TimedWorker(SynchronousWorker[Segment, Found]):
+    """A worker that reports what searches cost, and the duration of their sound."""
 
-    def __init__(self, opinion: SecondPassRecogniser) -> None:
-        self._opinion = opinion
+    def __init__(self) -> None:
+        super().__init__()
         self._seen: list[tuple[int, int]] = []
         self.took_s = self.loaded_s = 0.0
 
@@ -275,25 +275,17 @@ class TimedLooks:
             seen[start:end] = True
         return float(seen.sum()) / SAMPLE_RATE_HZ
 
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As the look's own."""
-        self._opinion.prepare(go_on)
-
-    def may_go_on(self, words: Sequence[str]) -> bool:
-        """As the look's own."""
-        return self._opinion.may_go_on(words)
-
-    def search(self, segment: Segment) -> Found:
-        """As the look's own; the first time, twice, since the net is loaded then."""
+    def submit(self, job: Segment, search: Callable[[Segment], Found]) -> bool:
+        """As `Worker.submit`; the first search is done twice, since the net is loaded then."""
         begin = time.thread_time()
         if not self._seen:
-            self._opinion.search(segment)
+            search(job)
             self.loaded_s = time.thread_time() - begin
             begin = time.thread_time()
-        found = self._opinion.search(segment)
+        taken = super().submit(job, search)
         self.took_s += time.thread_time() - begin
-        self._seen.append((segment.start, segment.end))
-        return found
+        self._seen.append((job.start, job.end))
+        return taken
 
 
 def coffee_row(stage: Stage, data: Path, minutes: float) -> None:

@@ -11,7 +11,7 @@ from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
-from hvcpd.people.stage import Found
+from hvcpd.people.second_pass import Found
 from hvcpd.ports import Pose, WheelReading
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.stages import Segment, Worker

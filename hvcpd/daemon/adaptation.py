@@ -18,7 +18,7 @@ from hvcpd.language.messages import Claim, Confirmed, Motion, Order, Statement, 
 from hvcpd.memory.people import is_enrolled, person_path, read_person, write_person
 from hvcpd.people.enrolled import Person, SpokenSentence, is_of_person
 from hvcpd.people.phones import net_inputs
-from hvcpd.people.stage import Found
+from hvcpd.people.second_pass import Found
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.stages import Segment

@@ -36,7 +36,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
-from hvcpd.people.stage import Found
+from hvcpd.people.second_pass import Found
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.stages import Segment
 from hvcpd.robot.robot import Robot

@@ -10,7 +10,7 @@ from typing import Generic
 
 import structlog
 
-from hvcpd.recognition.stages import Job, Result, SegmentSearcher
+from hvcpd.recognition.stages import Job, Result
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -41,22 +41,22 @@ class SecondPass(Generic[Job, Result]):
         self._found: deque[tuple[Job, Result]] = deque()
         self._sentences: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
+    def submit(self, job: Job, search: Callable[[Job], Result]) -> bool:
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
-        future = self._begin(searcher, job)
+        future = self._begin(search, job)
         if future is None:
             return False
         self._under_way.add(future)
         future.add_done_callback(lambda done: self._found.append((job, self._result(done))))
         return True
 
-    def _begin(self, searcher: SegmentSearcher[Job, Result], job: Job) -> Future[Result] | None:
+    def _begin(self, search: Callable[[Job], Result], job: Job) -> Future[Result] | None:
         """The look, under way; None if even a new pool does not take it."""
         for _ in range(2):
             try:
-                return self._pool.submit(searcher.search, job)
+                return self._pool.submit(search, job)
             except RuntimeError as error:  # the pool is broken, or no thread can be started
                 _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
                 self._pool.shutdown(wait=False, cancel_futures=True)

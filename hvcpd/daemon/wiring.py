@@ -28,7 +28,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.people import tellable_people
 from hvcpd.people.enrolled import Person
-from hvcpd.people.stage import Found
+from hvcpd.people.second_pass import Found
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import FFT_SIZE, HOP_SAMPLES, mel_edges_hz, power_ratio
+from hvcpd.recognition.frontend import FFT_SIZE, HOP_SAMPLES, frames_of, mel_edges_hz, power_ratio
 from hvcpd.recognition.stream import INT16_SCALE
 
 Bands = NDArray[np.float64]
@@ -67,7 +67,7 @@ def mel_bands(sound: Samples) -> Bands:
         return np.zeros((0, N_BANDS))
     scaled = np.asarray(sound, np.float64) * float(INT16_SCALE)
     scaled[1:] -= PRE_EMPHASIS * scaled[:-1]
-    frames = np.lib.stride_tricks.sliding_window_view(scaled, WINDOW_SAMPLES)[::HOP_SAMPLES]
+    frames = frames_of(scaled, WINDOW_SAMPLES, HOP_SAMPLES)
     spectra = np.fft.rfft(frames * np.hamming(WINDOW_SAMPLES), FFT_SIZE)
     return np.asarray((spectra.real**2 + spectra.imag**2) @ _filters())
 

@@ -14,7 +14,6 @@ from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import DENIAL, REFUSAL, FusedHypothesis, Hypotheses, Words
 from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
-from hvcpd.people.stage import Found
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
@@ -59,6 +58,9 @@ refusals in voices of espeak-ng, flite and festival, with white noise at 25 dB, 
 
 COURTESY = "please"
 """Said after an order, it changes nothing."""
+
+Found = Recognised | Garbled | None
+"""A sentence; garbled speech of which more is known than where it is; or nothing."""
 
 
 class SecondPassRecogniser:
@@ -120,16 +122,15 @@ class SecondPassRecogniser:
 
     def _sentence(self, segment: Segment) -> Found:
         if not self._strangers:
-            listener = self._listener()
-            return _surely(listener.recognise(segment) if listener is not None else None)
+            return _surely(self._by_takes(segment))
         by_anybody = self.hypotheses(segment)
         hypotheses, fused = self._fused(by_anybody)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
-        agreed = fused is not None and hypotheses.by_takes is not None and fused.words == hypotheses.by_takes.words
-        if agreed and (found := _surely(hypotheses.by_takes)) is not None:
-            return found
+        nearest = _surely(hypotheses.by_takes)
+        if fused is not None and nearest is not None and fused.words == nearest.words:
+            return nearest
         if segment.within_talk or self._name is None:
             return None
         if by_anybody.probability_of(self._for_me) < MIN_ADDRESSED:
@@ -180,9 +181,7 @@ class SecondPassRecogniser:
         inputs = net_inputs(segment)
         activations = [net.activations(inputs) for net in nets()]
         posteriors = [net.layer.log_posteriors(each) for net, each in zip(nets(), activations, strict=True)]
-        listener = self._listener()
-        nearest = listener.recognise(segment) if listener is not None else None
-        return Hypotheses(posteriors, search, talk, nearest, activations)
+        return Hypotheses(posteriors, search, talk, self._by_takes(segment), activations)
 
     @cached_property
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:
@@ -203,6 +202,10 @@ class SecondPassRecogniser:
             denying = (ways for each in DENYING for ways in product(*map(self._lexicon.sounds, each.split())))
             return [(*chain(*said), *(ANY_PHONE,) * n) for said in denying for n in range(DENYING_PHONES + 1)]
         return ANY_NAME if word == FRIEND else self._lexicon.sounds(word)
+
+    def _by_takes(self, segment: Segment) -> Recognised | None:
+        listener = self._listener()
+        return listener.recognise(segment) if listener is not None else None
 
     def _listener(self) -> EnrolledRecogniser | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
@@ -231,9 +234,9 @@ def _recognised(fused: FusedHypothesis, hypotheses: Hypotheses, segment: Segment
     words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.by_takes
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
         return replace(known, confidence=max(fused.probability, known.confidence))
-    first = max(segment.lead - segment.before, 0) + segment.origin
+    begin = segment.speech_start
     spans = [
-        WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, fused.probability)
+        WordSpan(word, begin + start * FRAME_SAMPLES, begin + end * FRAME_SAMPLES, fused.probability)
         for word, (start, end) in zip(words, hypotheses.spans(words), strict=True)
     ]
     return Recognised.of(spans, STRANGER, sure, Source.PEOPLE)

@@ -11,15 +11,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from hvcpd.people.second_pass import Found, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.shared_front_end import MIN_SPEECH_FRAMES, WAIT_FRAMES
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, QUIET, SecondPassStage, Segment, SegmentSearcher, Worker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, QUIET, SecondPassStage, Segment, Worker
 from hvcpd.recognition.stream import LONGEST_SENTENCE, Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
@@ -38,24 +38,13 @@ MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
 
-Found = Recognised | Garbled | None
-"""Of a second pass: a sentence; garbled speech of which more is known than where it is; or nothing."""
-
-
-class PeopleSearcher(SegmentSearcher[Segment, Found], Protocol):
-    """A second pass for sentences of people."""
-
-    def may_go_on(self, words: Sequence[str]) -> bool:
-        """Whether more words would make another sentence of these."""
-
-
 class PeopleStage(SecondPassStage[Segment, Found]):
     """The second pass for people's speech."""
 
-    _searcher: PeopleSearcher
+    _searcher: SecondPassRecogniser
 
     def __init__(
-        self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Found]
+        self, first_pass: TemplateRecogniser, searcher: SecondPassRecogniser, worker: Worker[Segment, Found]
     ) -> None:
         super().__init__(first_pass, searcher, worker)
         self._spoke_until = -QUIET
@@ -116,7 +105,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         if segment is None:
             return False
         joined = self._joined(segment)
-        if not self._worker.submit(joined or segment, self._searcher):
+        if not self._worker.submit(joined or segment, self._searcher.search):
             return False
         if joined is not None:
             self._kept.clear()
@@ -163,7 +152,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         heard_from = max(self._understood_until, self._torn_until)
         starts = [start for start in stretch.starts if start >= heard_from]
         segment = Segment.of(self.first_pass.history, starts, stretch.end, within_talk=True) if starts else None
-        if segment is not None and self._worker.submit(segment, self._searcher):
+        if segment is not None and self._worker.submit(segment, self._searcher.search):
             self._waiting.append(segment)
 
     def _segment(self, start: int, end: int, later: Sequence[int] = ()) -> Segment | None:

@@ -218,7 +218,7 @@ class BargeInDetector:
             word = self._spotter.push(chunk)
             if (
                 word is not None
-                and word.start_frame * HOP_SAMPLES < self._own_until
+                and word.start < self._own_until
                 and word.probability >= LEAST_CALL_PROBABILITY
                 and quantile(np.array(self._residual_powers), LEVEL_QUANTILE) >= least
             ):
@@ -234,19 +234,19 @@ class BargeInDetector:
         return quantile(np.array(self._own_powers), LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
     def _reported(self, word: Detection) -> list[KeywordEvent]:
-        is_new = word.end_frame >= self._reported_until
+        is_new = word.end >= self._reported_until
         is_unsure = self._own_until < math.inf and word.probability < ACCEPT_PROBABILITY
         if not is_new and (is_unsure or not self._may_rise):
             return []  # it is reported already
-        self._reported_until, self._may_rise = word.end_frame + WORD_FRAMES, is_unsure
-        start, end = word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES
+        self._reported_until, self._may_rise = word.end + WORD_FRAMES * HOP_SAMPLES, is_unsure
         is_second = is_new and self._hold_left > 0
         is_doubtful = is_unsure or (self._doubt_left > 0 and not is_second)
-        if is_doubtful or self._trace.correlation(start, end) >= OWN_CORRELATION:
-            self._hold_left, self._held = HOLD_TIME, Held(self._began + start, self._began + end)
+        start, end = self._began + word.start, self._began + word.end
+        if is_doubtful or self._trace.correlation(word.start, word.end) >= OWN_CORRELATION:
+            self._hold_left, self._held = HOLD_TIME, Held(start, end)
             return [self._held]
         self._hold_left = 0
-        return [Urgent(self._began + start, self._began + end)]
+        return [Urgent(start, end)]
 
 
 class OwnTrace:

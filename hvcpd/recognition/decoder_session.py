@@ -48,23 +48,29 @@ SURE_BLOCKS = 6
 
 
 @dataclass(frozen=True)
+class SentenceWord:
+    """A word of a path that ended, and how well it fits."""
+
+    text: str
+    step: TracedWord
+    deficit: float
+    """Mean distance per frame beyond the frame's best template, in units of FILLER_COST: near 0 for the right word, 1
+    and above for anything else."""
+    expected_gain: float
+    """Gain over the filler if it was said (`Scorer.expected_gain`)."""
+    duration_ratio: float
+    """Its frames over those of the nearest take of the word."""
+
+
+@dataclass(frozen=True)
 class Sentence:
-    """A path that ended: its words in order, and its confidence features.
+    """A path that ended. `pause`: the dearest pause inside it, in units of FILLER_COST times frames, which is the
+    amount of speech that it skips. `unfinished`: somebody seems to go on with words that are not understood yet."""
 
-    `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    FILLER_COST: near 0 for the right word, 1 and above for anything else. `pause` is the dearest pause inside it, in
-    the same unit times frames: the amount of speech that it skips. `expected_gains` are each word's expected gains over
-    the filler if it was said (see `Scorer.expected_gain`), `duration_ratios` its frames over those of the nearest take
-    of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
-    """
-
-    steps: tuple[TracedWord, ...]
+    words: tuple[SentenceWord, ...]
     voice: str
-    deficits: tuple[float, ...]
     cost: float
     pause: float
-    expected_gains: tuple[float, ...]
-    duration_ratios: tuple[float, ...]
     unfinished: bool
 
 
@@ -90,7 +96,7 @@ class ConfidenceFeatures:
     log_margin: float
     """Logarithm of the cost of the closest other word in the same place, for the word where that is least."""
     deficit: float
-    """The words' mean distance beyond the frames' best templates (`Sentence.deficits`)."""
+    """The words' mean `SentenceWord.deficit`."""
     worst: float
     """Deficit of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
     log_gain: float
@@ -111,20 +117,20 @@ class ConfidenceFeatures:
         return fitted_probability("sentence_confidence", astuple(self))
 
 
-def confidence_features(sentence: Sentence, word: int | None = None) -> ConfidenceFeatures:
-    """Features of a sentence, or of one word of it, by its number."""
-    words = range(len(sentence.steps)) if word is None else [word]
+def confidence_features(sentence: Sentence, word: SentenceWord | None = None) -> ConfidenceFeatures:
+    """Features of a sentence, or of one word of it."""
+    words = sentence.words if word is None else (word,)
     gain = max(-sentence.cost, 1.0)
-    margin = min(sentence.steps[k].margin for k in words)
-    deficits = [sentence.deficits[k] for k in words]
-    word_fit = min(-sentence.steps[k].cost / sentence.expected_gains[k] for k in words)
-    duration_ratios = [sentence.duration_ratios[k] for k in words]
+    margin = min(each.step.margin for each in words)
+    deficits = [each.deficit for each in words]
+    word_fit = min(-each.step.cost / each.expected_gain for each in words)
+    duration_ratios = [each.duration_ratio for each in words]
     return ConfidenceFeatures(
         math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
         sum(deficits) / len(deficits),
         max(deficits),
         math.log(gain),
-        math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
+        math.log(max(gain / sum(each.expected_gain for each in sentence.words), LEAST_FIT)),
         min(max(word_fit, -MOST_WORD_FIT), MOST_WORD_FIT),
         min(max(max(duration_ratios), SLOW), SLOWEST) - SLOW,
         max(FAST - min(duration_ratios), 0.0),
@@ -167,7 +173,7 @@ class DecoderSession:
     @property
     def ending_word(self) -> str:
         """The last word of the best path, if that may have ended just now, and may be reported soon; else ""."""
-        return self.word_of(self._decoder.trace(self.best.token)[-1]) if self.best.node >= 0 else ""
+        return self._net.word[self._decoder.trace(self.best.token)[-1].instance] if self.best.node >= 0 else ""
 
     def wake(self, energies: Energies, first_frame: int, noise: Noise) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""
@@ -235,43 +241,30 @@ class DecoderSession:
         may_go_on = bool(self._net.has_successors[best.node])
         if best.rested_frames < (LATE_END_FRAMES if may_go_on or best.behind > 0.0 else END_FRAMES):
             return None
-        steps = tuple(self._decoder.trace(best.token))
-        return Sentence(
-            steps,
-            self._net.voice_of_node(best.node),
-            tuple(self._deficit(step) for step in steps),
-            best.cost,
-            max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
-            tuple(self._expected_gain(step) for step in steps),
-            tuple(self._duration_ratio(step) for step in steps),
-            may_go_on and best.behind > GOING_ON,
-        )
+        steps = self._decoder.trace(best.token)
+        pauses = (self._noise_cost.between(a.end_frame, b.start_frame) for a, b in pairwise(steps))
+        pause = max((float(costs.sum()) for costs in pauses), default=0.0) / FILLER_COST
+        unfinished = may_go_on and best.behind > GOING_ON
+        words = tuple(map(self._scored, steps))
+        return Sentence(words, self._net.voice_of_node(best.node), best.cost, pause, unfinished)
 
-    def word_of(self, step: TracedWord) -> str:
-        """The word of a step."""
-        return self._net.word[step.instance]
+    def _scored(self, step: TracedWord) -> SentenceWord:
+        net, word, n_frames = self._net, step.instance, step.end_frame - step.start_frame
+        excess = self._filler_excess.between(step.start_frame, step.end_frame)
+        rows = net.first_row[word] + np.arange(net.length[word])
+        # "I" has twice the length where it stands alone.
+        nearest_take = np.clip(n_frames, net.word_shortest[word], net.word_longest[word])
+        return SentenceWord(
+            net.word[word],
+            step,
+            (step.cost + float(excess.sum())) / (n_frames * FILLER_COST),
+            max(self._scorer.expected_gain(rows, FILLER_COST), 0.01) * n_frames,
+            float(n_frames / nearest_take),
+        )
 
     def lead_in(self, start_frame: int) -> float:
         """The mean cost of taking the 0.6 s before a sentence for noise, in units of FILLER_COST: 0 when it was
         noise, 1 and more for speech; 0 where the network slept."""
         begin = max(start_frame - LONGEST_PAUSE_FRAMES, self._first)
         costs = self._noise_cost.between(begin, min(start_frame - 3, self._next))
-        return float(costs.mean()) / FILLER_COST if self.awake and len(costs) else 0.0
-
-    def _deficit(self, step: TracedWord) -> float:
-        excess = self._filler_excess.between(step.start_frame, step.end_frame)
-        return (step.cost + float(excess.sum())) / (len(excess) * FILLER_COST)
-
-    def _expected_gain(self, step: TracedWord) -> float:
-        first = int(self._net.first_row[step.instance])
-        rows = np.arange(first, first + int(self._net.length[step.instance]))
-        of_frame = max(self._scorer.expected_gain(rows, FILLER_COST), 0.01)
-        return of_frame * (step.end_frame - step.start_frame)
-
-    def _duration_ratio(self, step: TracedWord) -> float:
-        """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
-        frames, word = step.end_frame - step.start_frame, step.instance
-        return float(frames / np.clip(frames, self._net.word_shortest[word], self._net.word_longest[word]))
-
-    def _pause(self, start_frame: int, end_frame: int) -> float:
-        return float(self._noise_cost.between(start_frame, end_frame).sum()) / FILLER_COST
+        return float(costs.mean()) / FILLER_COST if len(costs) else 0.0

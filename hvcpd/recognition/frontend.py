@@ -7,6 +7,7 @@ Davis & Mermelstein, "Comparison of parametric representations for monosyllabic 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +127,13 @@ def rfft(signals: NDArray[np.floating], size: int | None = None) -> NDArray[np.c
     return out
 
 
+def frames_of(sound: NDArray[Any], size: int, hop: int) -> NDArray[Any]:
+    """The frames of `size` samples, from every `hop`-th on, of a sound of one frame at least, shape (n, size): a view,
+    as from sliding_window_view but with much less Python."""
+    n, step = 1 + (len(sound) - size) // hop, sound.strides[0]
+    return np.ndarray((n, size), sound.dtype, sound, 0, (hop * step, step))
+
+
 FRAMES_AT_ONCE = 200
 """2 s: spectra of longer sounds would only take memory."""
 _WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)
@@ -137,12 +145,8 @@ def energies_of(samples: Samples) -> Energies:
     """Mel energies of every whole frame in `samples`, shape (frames, N_BANDS); zero rows when it is too short."""
     if samples.size < WINDOW_SAMPLES:
         return np.zeros((0, N_BANDS), np.float32)
-    sound = np.ascontiguousarray(samples, np.float32)
-    n = 1 + (sound.size - WINDOW_SAMPLES) // HOP_SAMPLES
-    # Overlapping rows of one array, as from sliding_window_view but with much less Python.
-    strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
-    frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
-    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, n, FRAMES_AT_ONCE)])
+    frames = frames_of(np.ascontiguousarray(samples, np.float32), WINDOW_SAMPLES, HOP_SAMPLES)
+    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, len(frames), FRAMES_AT_ONCE)])
 
 
 def _energies(frames: NDArray[np.float32]) -> Energies:

@@ -40,20 +40,29 @@ class Network:
         self.voices = tuple(dict.fromkeys(t.voice for t in templates))
         self.nodes_per_voice = graph.n_nodes
         self.n_nodes = graph.n_nodes * len(self.voices)
-        takes: dict[tuple[str, str], list[int]] = {}
-        for number, t in enumerate(templates):
-            takes.setdefault((t.voice, t.word), []).append(number)
-        instances: list[tuple[int, int, str, int, Sequence[int]]] = []
-        for number_of_voice, voice in enumerate(self.voices):
-            base = number_of_voice * graph.n_nodes
+        takes: dict[tuple[str, str], list[Template]] = {}
+        for t in templates:
+            takes.setdefault((t.voice, t.word), []).append(t)
+        instances: list[tuple[int, int, str, int, int, int, int]] = []
+        for number, voice in enumerate(self.voices):
+            base = number * graph.n_nodes
             missing = [word for word in graph.words if (voice, word) not in takes]
             if missing and not partial:
                 raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
             for arc in graph.arcs:
                 of_word = takes.get((voice, arc.word), ())
-                instances += [(base + arc.target, base + arc.source, arc.word, number, of_word) for number in of_word]
-        targets, sources, words, numbers, alike = zip(*sorted(instances), strict=True)
+                lengths = [t.length for t in of_word]
+                ends = base + arc.target, base + arc.source
+                instances += [(*ends, arc.word, t.first, t.length, min(lengths), max(lengths)) for t in of_word]
+        targets, sources, words, *shapes = zip(*sorted(instances), strict=True)
         self.word: tuple[str, ...] = words
+        self.n_instances = len(instances)
+        self.target_node: Index = np.array(targets, np.intp)
+        self.source_node: Index = np.array(sources, np.intp)
+        self.first_row, self.length, self.word_shortest, self.word_longest = (np.array(n, np.intp) for n in shapes)
+        self.longest = int(self.length.max())
+        word_numbers = {word: number for number, word in enumerate(dict.fromkeys(words))}
+        self.word_number: Index = np.array([word_numbers[word] for word in words], np.intp)
 
         nodes, pauses = range(graph.n_nodes), graph.pauses - {graph.start}
         self.is_start = np.tile([node == graph.start for node in nodes], len(self.voices))
@@ -61,18 +70,6 @@ class Network:
         self.may_pause = np.tile([partial or node in pauses for node in nodes], len(self.voices))
         self.has_successors = np.zeros(self.n_nodes, np.bool_)
         self.has_successors[list(sources)] = True
-
-        self.n_instances = len(instances)
-        self.target_node: Index = np.array(targets, np.intp)
-        self.source_node: Index = np.array(sources, np.intp)
-        word_numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
-        self.word_number: Index = np.array([word_numbers[word] for word in self.word], np.intp)
-        self.first_row: Index = np.array([templates[number].first for number in numbers], np.intp)
-        self.length: Index = np.array([templates[number].length for number in numbers], np.intp)
-        self.longest = int(self.length.max())
-        lengths = [[templates[number].length for number in of_word] for of_word in alike]
-        self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
-        self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
 
     def voice_of_node(self, node: int) -> str:
         """The voice whose copy of the graph holds `node`."""

@@ -58,8 +58,7 @@ class VoiceActivityDetector:
         self._windows = ((np.arange(LONG_FRAMES) >= LONG_FRAMES - lengths) / lengths).astype(np.float32)
         """Weights of the history's frames in the means over the last of them, shape (3, LONG_FRAMES)."""
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
-        self.quiet_frames = 0
-        """Number of quiet frames since speech ended."""
+        self._quiet_frames = 0
         self.busy = False
         """Somebody else is speaking."""
         self.possible_speech = False
@@ -76,8 +75,8 @@ class VoiceActivityDetector:
         self.possible_speech = slow > ALERT or fast > ONSET or long > LONG_ALERT
         if fast > ONSET:
             self.busy = True
-        self.quiet_frames = 0 if fast > RELEASE else self.quiet_frames + n
-        if self.quiet_frames >= RELEASE_FRAMES:
+        self._quiet_frames = 0 if fast > RELEASE else self._quiet_frames + n
+        if self._quiet_frames >= RELEASE_FRAMES:
             self.busy = False
 
     def account_for(self, n_after: int) -> None:

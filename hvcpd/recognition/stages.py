@@ -147,15 +147,15 @@ class Segment:
         return self.start - self.lead
 
     @property
-    def speech(self) -> Samples:
-        """The speech, with the sound around it."""
-        end = self.lead + self.end - self.start + (MARGIN_IN_TALK if self.within_talk else MARGIN_AFTER)
-        return self.sound[max(self.lead - self.before, 0) : end]
+    def speech_start(self) -> int:
+        """The sample of the stream at which `speech` begins."""
+        return max(self.start - (MARGIN_IN_TALK if self.within_talk else MARGIN_BEFORE), self.origin)
 
     @property
-    def before(self) -> int:
-        """Number of samples before the noticed speech: room for a faint beginning, or up to the talk's last pause."""
-        return MARGIN_IN_TALK if self.within_talk else MARGIN_BEFORE
+    def speech(self) -> Samples:
+        """The speech, with its margins."""
+        end = self.end + (MARGIN_IN_TALK if self.within_talk else MARGIN_AFTER)
+        return self.sound[self.speech_start - self.origin : end - self.origin]
 
     @property
     def beginnings(self) -> list[Segment]:
@@ -165,39 +165,27 @@ class Segment:
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-JobIn = TypeVar("JobIn", contravariant=True)
-ResultOut = TypeVar("ResultOut", covariant=True)
-
-
-class SegmentSearcher(Protocol[JobIn, ResultOut]):
-    """A recogniser of segments, which need not keep up with real time."""
-
-    def search(self, job: JobIn, /) -> ResultOut:
-        """Return the recognition result for a segment."""
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread."""
 
 
 class Worker(Protocol[Job, Result]):
-    """Processes segments of sound, one job after the other."""
+    """Searches segments of sound, one after the other, and need not keep up with real time."""
 
-    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
-        """Submit a job; false if the queue is full."""
+    def submit(self, job: Job, search: Callable[[Job], Result]) -> bool:
+        """Submit a segment and how to search it; false if the queue is full."""
 
     def results(self) -> Sequence[tuple[Job, Result]]:
         """The results since the last call."""
 
 
 class SynchronousWorker(Generic[Job, Result]):
-    """A worker that finishes each job before `submit` returns: for recordings, and for simulated time."""
+    """A worker that finishes each search before `submit` returns: for recordings, and for simulated time."""
 
     def __init__(self) -> None:
         self._found: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
+    def submit(self, job: Job, search: Callable[[Job], Result]) -> bool:
         """As `Worker.submit`."""
-        self._found.append((job, searcher.search(job)))
+        self._found.append((job, search(job)))
         return True
 
     def results(self) -> Sequence[tuple[Job, Result]]:
@@ -206,12 +194,17 @@ class SynchronousWorker(Generic[Job, Result]):
         return found
 
 
+class Preparable(Protocol):
+    """What is slow at first."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Stage.prepare`."""
+
+
 class SecondPassStage(Stage, Generic[Job, Result]):
     """A stage that submits segments of the last seconds to a second pass, whose result comes with later samples."""
 
-    def __init__(
-        self, first_pass: TemplateRecogniser, searcher: SegmentSearcher[Job, Result], worker: Worker[Job, Result]
-    ) -> None:
+    def __init__(self, first_pass: TemplateRecogniser, searcher: Preparable, worker: Worker[Job, Result]) -> None:
         super().__init__(first_pass)
         self._searcher = searcher
         self._worker = worker

@@ -89,8 +89,8 @@ class TemplateRecogniser:
         self._calm_frames = 0
         self._reported_until = 0
         """The frame up to which everything has been reported."""
-        self._unheard_until = -UNHEARD_LEAD_FRAMES
-        """The frame up to which sound was lost, or came while the decoder slept."""
+        self._whole_from = 0
+        """The frame from which on a sentence may begin: sound before it was lost, or came while the decoder slept."""
 
     @property
     def busy(self) -> bool:
@@ -130,7 +130,8 @@ class TemplateRecogniser:
 
     def note_lost_sound(self) -> None:
         """Note that speech that begins now may be the end of something longer that was lost."""
-        self._unheard_until = max(self._unheard_until, self.front_end.stream.next_frame + CHUNK_FRAMES)
+        whole_from = self.front_end.stream.next_frame + CHUNK_FRAMES + UNHEARD_LEAD_FRAMES
+        self._whole_from = max(self._whole_from, whole_from)
 
     def adopt(self, others: TemplateRecogniser) -> None:
         """As `SpeechRecogniser.adopt`."""
@@ -192,8 +193,7 @@ class TemplateRecogniser:
             self.session.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
-                unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
-                self._unheard_until = max(self._unheard_until, unheard)
+                self._whole_from = max(self._whole_from, end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES)
             self._speech_age = 0
             self.session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
@@ -216,7 +216,7 @@ class TemplateRecogniser:
             recognised = self._accepted(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._continue_after(sentence.steps[-1].end_frame, end_frame)
+                self._continue_after(sentence.words[-1].step.end_frame, end_frame)
                 return [recognised]
             if not sentence.unfinished:
                 self.session.forget()
@@ -236,17 +236,14 @@ class TemplateRecogniser:
         self.front_end.activity.account_for(now - frame)
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
-        s = self._settings
-        if sentence.steps[0].start_frame < self._unheard_until + UNHEARD_LEAD_FRAMES:
+        s, start_frame = self._settings, sentence.words[0].step.start_frame
+        if start_frame < self._whole_from:
             return None
         confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        if sentence.pause > s.max_pause or self.session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
+        if sentence.pause > s.max_pause or self.session.lead_in(start_frame) > s.max_lead_in:
             return None
-        spans = [
-            step.span(self.session.word_of(step), confidence_features(sentence, k).probability)
-            for k, step in enumerate(sentence.steps)
-        ]
+        spans = [w.step.span(w.text, confidence_features(sentence, w).probability) for w in sentence.words]
         found = Recognised.of(spans, sentence.voice, confidence, self._source)
         return replace(found, snr_db=self.front_end.snr_db(found.start_sample, found.end_sample))

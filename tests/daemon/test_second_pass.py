@@ -48,7 +48,7 @@ class Broken:
 def test_what_was_found_comes_back_from_another_thread() -> None:
     async def live() -> None:
         work, gate, one = SecondPass(None), Gate(), segment()
-        assert work.submit(one, gate)
+        assert work.submit(one, gate.search)
         assert list(work.results()) == []
         gate.open.set()
         await work.settled()
@@ -63,12 +63,12 @@ def test_what_was_found_comes_back_from_another_thread() -> None:
 def test_no_more_wait_than_can_be_told_in_time() -> None:
     async def live() -> None:
         work, gate = SecondPass(None), Gate()
-        assert all(work.submit(segment(), gate) for _ in range(MOST_WAITING))
-        assert not work.submit(segment(), gate)
+        assert all(work.submit(segment(), gate.search) for _ in range(MOST_WAITING))
+        assert not work.submit(segment(), gate.search)
         gate.open.set()
         await work.settled()
         assert len(work.results()) == MOST_WAITING
-        assert work.submit(segment(), gate)
+        assert work.submit(segment(), gate.search)
         await work.close()
 
     asyncio.run(live())
@@ -77,7 +77,7 @@ def test_no_more_wait_than_can_be_told_in_time() -> None:
 def test_a_look_that_fails_finds_nothing() -> None:
     async def live() -> None:
         work, one = SecondPass(None), segment()
-        assert work.submit(one, Broken())
+        assert work.submit(one, Broken().search)
         await work.settled()
         assert list(work.results()) == [(one, None)]
         await work.close()
@@ -95,10 +95,10 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
     async def live() -> None:
         work, gate, lost, found = SecondPass(None, lambda: next(pools)), Gate(), segment(), segment()
         gate.open.set()
-        assert work.submit(lost, gate)
+        assert work.submit(lost, gate.search)
         await work.settled()
         assert list(work.results()) == [(lost, None)]
-        assert work.submit(found, gate), "the pool has broken, and a new one takes it"
+        assert work.submit(found, gate.search), "the pool has broken, and a new one takes it"
         await work.settled()
         assert list(work.results()) == [(found, SENTENCE)]
         await work.close()
@@ -116,7 +116,7 @@ def test_where_no_pool_works_the_robot_lives_without() -> None:
 
     async def live() -> None:
         work = SecondPass(None, closed)
-        assert not work.submit(segment(), Gate())
+        assert not work.submit(segment(), Gate().search)
         await work.close()
 
     asyncio.run(live())

@@ -13,7 +13,6 @@ from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.stages import (
     Job,
     Result,
-    SegmentSearcher,
     SpeechRecogniser,
     Stage,
     SynchronousWorker,
@@ -76,18 +75,18 @@ class Slow(Generic[Job, Result]):
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: MutableSequence[tuple[Job, SegmentSearcher[Job, Result]]] = []
+        self.waiting: MutableSequence[tuple[Job, Callable[[Job], Result]]] = []
         self.room = room
         self.done: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, listener: SegmentSearcher[Job, Result]) -> bool:
+    def submit(self, job: Job, search: Callable[[Job], Result]) -> bool:
         if len(self.waiting) >= self.room:
             return False
-        self.waiting.append((job, listener))
+        self.waiting.append((job, search))
         return True
 
     def end(self) -> None:
-        self.done += [(job, listener.search(job)) for job, listener in self.waiting]
+        self.done += [(job, search(job)) for job, search in self.waiting]
         self.waiting.clear()
 
     def results(self) -> Sequence[tuple[Job, Result]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SynchronousWorker
 from hvcpd.recognition.stream import HISTORY_SAMPLES
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
@@ -141,7 +142,7 @@ class Told(SynchronousWorker[ChannelSegment, SearchResult]):
         super().__init__()
         self.result = result
 
-    def submit(self, job: ChannelSegment, listener: SegmentSearcher[ChannelSegment, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, search: Callable[[ChannelSegment], SearchResult]) -> bool:
         self._found.append((job, self.result))
         return True
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import N_BANDS, energies_of
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.net import (
     DECISION_FRAMES,
     DELAY_FRAMES,
@@ -203,7 +203,7 @@ def test_a_word_is_told_when_it_is_possible_and_again_when_it_is_surer() -> None
     assert surer is not None
     assert first[:2] == surer[:2]
     assert (first.probability, surer.probability) == (HOLD_PROBABILITY, HOLD_PROBABILITY + 0.1)
-    assert first.end_frame == 28 * CHUNK_FRAMES - DELAY_FRAMES
+    assert first.end == (28 * CHUNK_FRAMES - DELAY_FRAMES) * HOP_SAMPLES
 
 
 def test_that_it_was_a_call_is_told_of_a_word_after_its_end_and_of_nothing_else() -> None:
@@ -222,4 +222,4 @@ def test_what_shows_for_one_column_only_is_no_word() -> None:
 def test_another_word_may_follow_at_once() -> None:
     gap = [0.0] * (REFRACTORY_FRAMES // CHUNK_FRAMES)
     told = [word for word in words_of(0.9, 0.9, *gap, 0.8, 0.8) if word is not None]
-    assert len({word.start_frame for word in told}) == 2
+    assert len({word.start for word in told}) == 2

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hvcpd.people.stage import Found, PeopleStage
+from hvcpd.people.second_pass import Found
+from hvcpd.people.stage import PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker

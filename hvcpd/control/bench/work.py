@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.stages import SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 
 if TYPE_CHECKING:
     from hvcpd.daemon.wiring import Wiring
@@ -61,10 +61,10 @@ class Apart(SynchronousWorker[Any, Any]):
         super().__init__()
         self.spent_s = 0.0
 
-    def submit(self, job: Any, listener: SegmentSearcher[Any, Any]) -> bool:
+    def submit(self, job: Any, search: Callable[[Any], Any]) -> bool:
         """As `Worker.submit`."""
         began_s = time.process_time()
-        taken = super().submit(job, listener)
+        taken = super().submit(job, search)
         self.spent_s += time.process_time() - began_s
         return taken
 

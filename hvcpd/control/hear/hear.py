@@ -22,7 +22,7 @@ from hvcpd.control.simulate.team import Team
 from hvcpd.errors import AudioFileError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
-from hvcpd.people.stage import Found
+from hvcpd.people.second_pass import Found
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Received, Recognised, WordSpan
 from hvcpd.recognition.frontend import frame_powers

@@ -19,7 +19,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT
-from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering
+from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering, sayable
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult, stretch_energies
 from hvcpd.recognition.channel.whitening import (
     BINS,
@@ -73,8 +73,7 @@ class OnsetDetector:
             (book.voice, word, said)
             for book in books
             for word, node in graph.following[graph.start]
-            for said in book.renderings(word, 0)
-            if not said.final or node in graph.rests
+            for said in sayable(graph, book, word, 0, node)
         ]
         self._greetings: list[Rendering] = [said for _, word, said in firsts if word == GREETING]
         spectra = [np.conj(rfft(said.samples[:GREETING_LENGTH], ONSET_WINDOW)) for said in self._greetings]

@@ -23,7 +23,7 @@ from hvcpd.recognition.channel.whitening import (
     inverse_spectrum,
     with_cell_weights,
 )
-from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.frontend import TINY, frames_of, rfft
 
 Taps = NDArray[np.float32]
 
@@ -155,7 +155,7 @@ def blocks_of(said: Signal) -> Blocks:
     sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
     sound[BLOCK : BLOCK + said.length] = said.samples
     spectra = np.conj(rfft(sound[BLOCK:-BLOCK].reshape(n_blocks, BLOCK), SIZE))
-    around = np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW
+    around = frames_of(sound, SIZE, BLOCK) * _WINDOW
     both = rfft(around)
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
     time = np.square(slopes).reshape(n_blocks + 1, -1, CELL_STEP).sum(axis=2) + 1e-12
@@ -249,5 +249,5 @@ def autocorrelations(fits: Sequence[SignalFit]) -> Taps:
 
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:
     """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
-    frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
+    frames = frames_of(np.pad(sound, (SIZE, SIZE + GRID)), SIZE, GRID)
     return np.concatenate([rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])

@@ -8,13 +8,15 @@ words is neglected, which makes no difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import (
     FIRST_TAPS,
@@ -30,7 +32,7 @@ from hvcpd.recognition.channel.estimation import (
     channel_responses,
 )
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
-from hvcpd.recognition.frontend import rfft
+from hvcpd.recognition.frontend import TINY, rfft
 
 
 class Rendering(Signal, Protocol):
@@ -65,6 +67,11 @@ class RenderedVoice(Protocol):
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare all words that may be requested, while `go_on` holds; no sound of theirs is kept in memory."""
+
+
+def sayable(graph: WordGraph, book: RenderedVoice, word: str, third: int, node: int) -> Iterator[Rendering]:
+    """The renderings of a word that leads to a node: with a pause after it only where a pause or the end may follow."""
+    return (said for said in book.renderings(word, third) if not said.final or node in graph.rests)
 
 
 def thirds_of(n_words: int) -> tuple[int, ...]:
@@ -155,6 +162,15 @@ class Path:
         """The correlation with a signal at the lags of this path's response, and MAX_SHIFT more on either side."""
         begin = first_lag(len(self.taps))
         return fit.correlation[begin : begin + len(self.taps) + 2 * MAX_SHIFT]
+
+    def expected_gains(self, fits: Sequence[SignalFit]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """For each of one or more signals the lag, from MAX_SHIFT before its place on, at which most of it was heard
+        through this path's response; and the energy that it is expected to explain there, at most twice its own."""
+        across = np.stack([self.around(fit) for fit in fits])
+        heard = np.lib.stride_tricks.sliding_window_view(across, len(self.taps), axis=1) @ self.taps
+        most = np.maximum(heard.max(axis=1), 0.0).astype(np.float64)
+        own = np.maximum((np.stack([fit.density for fit in fits]) @ self.tap_weights).astype(np.float64), TINY)
+        return heard.argmax(axis=1), np.minimum(most**2 / own, 2.0 * own)
 
     def shifted(self, samples: int) -> Path:
         """The same path in a sound that begins this many samples earlier."""

@@ -28,7 +28,6 @@ from hvcpd.recognition.channel.search import (
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability
-from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.stages import GOES_ON_WITHIN
 
 LEAST_ENERGY, LEAST_PRECEDING_SHARE = 60.0, 0.02
@@ -93,12 +92,8 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
     place = path.starts[0]
     least = max(LEAST_ENERGY, LEAST_PRECEDING_SHARE * path.score)
     there = [(said, place - said.advance + path.renderings[0].lead * said.final) for said in renderings]
-    for fit in sound.fits(there):
-        heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
-        own = max(float(path.tap_weights @ fit.density), TINY)
-        if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
-            return True
-    return False
+    fits = sound.fits(there)
+    return bool(fits) and bool(path.expected_gains(fits)[1].max() > least)
 
 
 NOISE_S = 0.5

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, Taps, WhitenedSound
-from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have
+from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, WhitenedSound
+from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have, sayable
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import TINY
 
@@ -109,18 +109,15 @@ class ChannelSearch:
         """Whether a path is a sentence."""
         return path.node in self._graph.finals and path.ends
 
-    def _said(self, book: RenderedVoice, word: str, third: int, node: int) -> Iterator[Rendering]:
-        return (said for said in book.renderings(word, third) if not said.final or node in self._graph.rests)
-
     def _started(self, sound: WhitenedSound, greeted: bool) -> list[Path]:
         """Paths of one word, if `greeted` of the greeting, at its best starts."""
         begun: list[Extension] = []
         firsts = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
         for book in self._books:
             for word, node in firsts:
-                said = list(self._said(book, word, 0, node))
-                places = sorted(_starts(sound, said), key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
-                begun += [self._beginning(book, word, node, way, at) for _, way, at in places]
+                places = [place for said in sayable(self._graph, book, word, 0, node) for place in _starts(sound, said)]
+                best = sorted(places, key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
+                begun += [self._beginning(book, word, node, said, at) for _, said, at in best]
         return extended(sound, begun, FIRST_TAPS)
 
     def _resumed(self, sound: WhitenedSound, earlier: Sequence[Path]) -> list[Path]:
@@ -144,36 +141,38 @@ class ChannelSearch:
 
     def _extensions(self, sound: WhitenedSound, path: Path) -> Iterator[Extension]:
         """The possible next words that are expected to explain some energy through the path's own response."""
-        third, last, start = path.thirds[-1], path.renderings[-1], path.starts[-1]
+        third, last = path.thirds[-1], path.renderings[-1]
+        place = path.starts[-1] + last.advance
         there = [
-            (word, node, later, said, start + last.advance - said.lead * last.final)
+            (word, node, later, said, at)
             for word, node in self._graph.following[path.node]
             if path.words[-2:] != I_AM or word not in path.book.others
             for later in {third, min(third + 1, 2)}
             if may_have((*path.thirds, later), self._lengths[node])
-            for said in self._said(path.book, word, later, node)
+            for said in sayable(self._graph, path.book, word, later, node)
+            if (at := place - said.lead * last.final) + said.length <= sound.n
         ]
-        there = [each for each in there if each[4] + each[3].length <= sound.n]
         if not there:
             return
-        fits = sound.fits((said, at) for *_, said, at in there)
-        across = np.stack([path.around(fit) for fit in fits])
-        heard = np.lib.stride_tricks.sliding_window_view(across, len(path.taps), axis=1) @ path.taps
-        shifts = heard.argmax(axis=1)
-        expected = np.stack([fit.density for fit in fits]) @ path.tap_weights
-        for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):
-            own = max(float(energy), TINY)
-            if row[shift] > 0.0:
-                gain = float(row[shift]) ** 2 / own
-                yield Extension(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
+        shifts, gains = path.expected_gains(sound.fits((said, at) for *_, said, at in there))
+        for (word, node, later, said, at), shift, gain in zip(there, shifts.tolist(), gains.tolist(), strict=True):
+            if gain > 0.0:
+                yield Extension(path, word, node, later, said, at, shift, path.score + gain)
 
 
-def _starts(sound: WhitenedSound, said: Sequence[Rendering]) -> Iterator[tuple[float, Rendering, int]]:
-    """The best starts of a word of which at least half was heard: energy, rendering and first sample."""
-    for way in said:
-        if (n := sound.n - way.length // 2) > 0:
-            for energy, at in _peaks(sound.correlation(way, -way.lead, n + FIRST_TAPS)):
-                yield energy, way, at - way.lead
+def _starts(sound: WhitenedSound, said: Rendering) -> Iterator[tuple[float, Rendering, int]]:
+    """The best starts of a rendering of which at least half was heard: the energy of the correlation in a stretch of
+    FIRST_TAPS, the rendering, and its first sample there."""
+    n, across = sound.n - said.length // 2, FIRST_TAPS // MAX_SHIFT
+    if n <= 0:
+        return
+    energies = stretch_energies(sound.correlation(said, -said.lead, n + FIRST_TAPS))
+    for _ in range(MAX_STARTS_OF_WORD):
+        best = int(energies.argmax())
+        if energies[best] <= 0.0:
+            return
+        yield float(energies[best]), said, best * MAX_SHIFT - said.lead
+        energies[max(best - across, 0) : best + across] = 0.0
 
 
 def _is_within(path: Path, reported: Path) -> bool:
@@ -229,15 +228,3 @@ def stretch_energies(correlations: NDArray[np.floating]) -> NDArray[np.float64]:
     total[..., 1:] = np.cumsum(blocks, axis=-1)
     across = FIRST_TAPS // MAX_SHIFT
     return total[..., across:] - total[..., :-across]
-
-
-def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:
-    """The energies of the correlation in the strongest stretches of FIRST_TAPS, and where they begin."""
-    energies = stretch_energies(correlation)
-    across = FIRST_TAPS // MAX_SHIFT
-    for _ in range(MAX_STARTS_OF_WORD):
-        best = int(energies.argmax())
-        if energies[best] <= 0.0:
-            return
-        yield float(energies[best]), best * MAX_SHIFT
-        energies[max(best - across, 0) : best + across] = 0.0

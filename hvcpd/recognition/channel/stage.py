@@ -195,7 +195,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         sound, lead = self.first_pass.history.unmasked(segment.begin - NOISE_LEAD, segment.begin, self._now)
         segment.job = ChannelSegment(sound, segment.begin - lead, lead, cut, earlier)
         self._searched_at = self._now
-        if not self._worker.submit(segment.job, self._searcher):
+        if not self._worker.submit(segment.job, self._searcher.search):
             segment.result = SearchResult()
 
     def _open_after(self, segment: OpenSegment) -> None:

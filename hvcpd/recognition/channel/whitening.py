@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import SILENT_POWER, TINY, rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, rfft
 
 FRAME = 1024
 BINS = FRAME // 2 + 1
@@ -102,8 +102,7 @@ def with_cell_weights(sound: Samples, weights: Spectrum) -> Samples:
 
 
 def _cell_spectra(sound: Samples) -> NDArray[np.complex64]:
-    frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (CELL // 2, CELL)), CELL)[::CELL_STEP]
-    return np.asarray(rfft(frames * _CELL_WINDOW), np.complex64)
+    return rfft(frames_of(np.pad(sound, (CELL // 2, CELL)), CELL, CELL_STEP) * _CELL_WINDOW)
 
 
 def _cell_powers(sound: Samples, inverse: NDArray[np.float64]) -> Spectrum:
@@ -133,7 +132,7 @@ def power_spectra(sound: Samples) -> Spectrum:
     """Power at BINS frequencies in frames of FRAME samples, half a frame apart (for Welch's method), shape (frames,
     BINS)."""
     padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
-    spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)
+    spectra = rfft(frames_of(padded, FRAME, FRAME // 2) * _HANN)
     return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
 
 

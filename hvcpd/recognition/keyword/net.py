@@ -156,10 +156,10 @@ DECISION_FRAMES = 80
 
 
 class Detection(NamedTuple):
-    """Approximate position of the keyword, and its highest posteriors so far."""
+    """Approximate position of the keyword, samples, and its highest posteriors so far."""
 
-    start_frame: int
-    end_frame: int
+    start: int
+    end: int
     probability: float
     call: float
 
@@ -195,11 +195,11 @@ class KeywordSpotter:
         since = now - self._since
         if probability >= HOLD_PROBABILITY and (self._detection is None or since >= REFRACTORY_FRAMES):
             self._since, end = now, now - DELAY_FRAMES
-            self._detection = Detection(max(end - WORD_FRAMES, 0), end, probability, call)
+            start = max(end - WORD_FRAMES, 0)
+            self._detection = Detection(start * HOP_SAMPLES, end * HOP_SAMPLES, probability, call)
             return self._detection
         if self._detection is None or since >= DECISION_FRAMES:
             return None
         before = self._detection
-        highest = max(before.probability, probability) if since < REFRACTORY_FRAMES else before.probability
-        self._detection = before._replace(probability=highest, call=max(before.call, call))
+        self._detection = before._replace(probability=max(before.probability, probability), call=max(before.call, call))
         return self._detection if self._detection != before else None

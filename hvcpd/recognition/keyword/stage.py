@@ -196,11 +196,11 @@ class KeywordStage(Stage):
         events: list[Event] = []
         found = self._spotter.push(chunk)
         if found is not None and not self._only_fades(found):
-            if self._detection is None or found.start_frame != self._detection.start_frame:
+            if self._detection is None or found.start != self._detection.start:
                 events += self._reconsider(now)
                 self._excess_gain = max(session.gain - USUAL_GAIN, 0.0) if session.ending_word != KEYWORD else 0.0
             self._detection = found
-            self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
+            self._span = (found.start, found.end)
             self._spans.append(self._span)
             events += self._verify(found, found.call, now)
         if now >= self._span[1] + CALL_DELAY:
@@ -236,7 +236,7 @@ class KeywordStage(Stage):
         """Whether a detection that seems to begin in the robot's own voice is nothing but its echo: to the net, which
         heard quiet before, that is a sudden sound; a word would rise above it."""
         begin = self._rescorer.begin
-        interrupts = self._after_own and begin > found.start_frame * HOP_SAMPLES
+        interrupts = self._after_own and begin > found.start
         sound = self._rescorer.sound_since(begin) if interrupts else None
         if sound is None:
             return False
