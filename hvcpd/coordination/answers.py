@@ -184,7 +184,8 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
             number = entry.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
             may_not_know = entry.is_due or _is_unheard(me, entry)
-            knows = not may_not_know or speaker in entry.known_to or speaker == entry.owner
+            has_claimed = speaker == entry.owner and not (entry.is_changed and entry.state == CLAIMED)
+            knows = not may_not_know or speaker in entry.known_to or has_claimed
             if unsaid and not entry.known_done and knows:
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)

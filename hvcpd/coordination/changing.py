@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from hvcpd.coordination import claims, commands, composing, objecting, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
-from hvcpd.coordination.entry import DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, Trigger
@@ -59,7 +59,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
         objecting.tell_done(me, speaker, entry, now)
     elif s.skip and me.acts(entry.number):
-        composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
+        objecting.say_it_is_mine(me, speaker, entry.number, now)
     else:
         count, has_read_back = _next(entry), not s.skip and _has_read_back(me, speaker, entry)
         if count and not (has_read_back or _is_applied(entry, s.skip) or _was_heard(entry, count, now)):
@@ -131,8 +131,12 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
             entry.rumoured_change = count, now
         else:
             _take(me, entry, count, skip, now)
+            if skip and not entry.skipped:
+                tell(me, heard.speaker, entry, now)  # it was begun before a robot said that it is left out
         return
-    if count < entry.change or (differs and skip and not entry.known_done):
+    if count == entry.change and differs and skip and entry.owner == heard.speaker and entry.known_done:
+        me.board.change(number, count, True)  # it was believed to have done it, and knows better
+    elif count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
     elif not entry.skipped and entry.known_done and heard.speaker and (entry.owner != heard.speaker or entry.is_shared):
         objecting.tell_done(me, heard.speaker, entry, now)
@@ -190,7 +194,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
     number = entry.number
     skip = skip and not me.acts(number)
-    if not skip and (entry.state == DONE or entry.failed_by):  # a robot that gave it up may retry it
+    if not skip:  # also if a robot has it: others may have missed that it is wanted again
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
@@ -209,10 +213,19 @@ def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
-    """One robot answers the person who wanted a change, with its number, so that others learn the number too."""
-    number, words = entry.number, composing.change(entry)
+    """One robot answers the person who wanted a change, with its number, so that others learn the number too; or says
+    that it has just begun at what is to be left out."""
+    number, change = entry.number, composing.change(entry)
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
-    composing.answer(me, name, f"change {number}", words, now, slot, call=name or "", tentative=True, on_said=on_said)
+    if entry.state == CLAIMED:  # the robot that has it may have begun
+        slot = OWNER_SLOT if me.current.task == number else slot + 1
+
+    def compose() -> m.Utterance:
+        has_begun = change.skip and me.acts(number)
+        return composing.to_asker(me, name, m.Working(change.task) if has_begun else change)
+
+    topic, call = f"change {number}", (name or "").lower()
+    me.floor.want(Intent(Urgency.ANSWER, topic, compose, None, slot, call, tentative=True, on_said=on_said), now)
 
 
 def _offer(me: Knowledge, name: str | None, entry: Entry, count: int, skip: bool, now: float) -> None:
@@ -221,7 +234,7 @@ def _offer(me: Knowledge, name: str | None, entry: Entry, count: int, skip: bool
     entry.rumoured_change = count, now
 
     def take() -> None:
-        if entry.change < count:
+        if entry.change < count and not (skip and me.acts(entry.number)):
             _take(me, entry, count, skip, now)
 
     _answer(me, name, replace(entry, change=count, skipped=skip), now, take)

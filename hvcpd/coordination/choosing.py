@@ -27,8 +27,8 @@ def claims_max(me: Knowledge) -> int:
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     times = me.timing.claims_max
-    if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
-        is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
+    if all(peer.silent for peer in me.peers.robots()):  # who was merely not heard for long may be resting
+        is_awaited = not me.peers.robots() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
         times = me.timing.claims_alone + me.timing.greetings_max
         if not is_awaited:
             return me.timing.claims_alone
@@ -148,7 +148,7 @@ def _is_plain(task: TaskDefinition) -> bool:
 def _free_others(me: Knowledge, now: float) -> frozenset[str]:
     """The other robots that have no task, in lower case: one is left for each of them."""
     busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
-    return me.expected(now) - busy - me.peers.people()
+    return me.expected(now) - busy
 
 
 def air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
@@ -207,8 +207,7 @@ def _possible_orders(me: Knowledge, now: float) -> dict[str, tuple[TaskDefinitio
     """Each robot that can take an order, and the tasks for it: one for several robots only if a robot waits for others
     there, or enough of them can take that order."""
     me.expire(now)
-    robots = (p for p in me.peers.all() if not p.is_person)
-    ready = (p for p in robots if p.silent_until_s <= now and me.peers.is_present(p.name, now))
+    ready = (p for p in me.peers.robots() if p.silent_until_s <= now and me.peers.is_present(p.name, now))
     free = {
         p.name: me.board.free_for(p.name, now, p.unable)
         for p in sorted(ready, key=lambda p: p.name)

@@ -137,7 +137,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     """A motion moves one robot: the one addressed, or, if that is nobody in particular, the only one there."""
     name, now = heard.speaker, heard.now
     others = me.expected(now) if now < me.acquaintance.all_heard_s else me.peers.present(now)
-    is_alone = me.peers.people() | {(name or "").lower()} >= set(others)
+    is_alone = set(others) <= {(name or "").lower()}
     if not is_for_me_alone(me, heard.to) and not (is_alone and isinstance(heard.to, m.ToAll | None)):
         return
     same = me.current.motion == s

@@ -54,7 +54,7 @@ def time_is_over(me: Knowledge, now: float) -> None:
 
 def renewal_s(me: Knowledge) -> float:
     """When the lease of this robot's own claim is to be renewed; infinity if it has none, or nobody is there."""
-    if me.state not in UNDER_WAY or not me.peers.all():
+    if me.state not in UNDER_WAY or not me.peers.robots():
         return math.inf
     return me.current.claimed_s + me.timing.renewal_s
 

@@ -69,7 +69,7 @@ def note_sought(me: Knowledge, now: float) -> None:
 def _peers_to_seek(me: Knowledge, now: float) -> list[Peer]:
     """The robots that may hear this one elsewhere; the last heard comes first."""
     wanted = me.current.partner or (me.waiting.giver if _follows(me) else None)
-    peers = [me.peers.get(wanted)] if wanted is not None else me.peers.all()
+    peers = [me.peers.get(wanted)] if wanted is not None else me.peers.robots()
     there = [p for p in peers if p is not None and not p.sought and me.peers.is_present(p.name, now)]
     return sorted((p for p in there if _is_far(me, p.met)), key=lambda p: -p.last_heard_s)
 

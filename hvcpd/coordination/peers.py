@@ -103,9 +103,14 @@ class Peers:
         """The names, in lower case, of those that are surely no robots."""
         return frozenset(key for key, peer in self._peers.items() if peer.is_person)
 
+    def robots(self) -> tuple[Peer, ...]:
+        """All but those that are surely people: nobody waits for people to confirm anything, or leaves tasks to
+        them."""
+        return tuple(peer for peer in self._peers.values() if not peer.is_person)
+
     def present(self, now: float) -> tuple[str, ...]:
-        """The names, in lower case and sorted, of all peers that are believed to be within earshot."""
-        return tuple(sorted(key for key in self._peers if self.is_present(key, now)))
+        """The names, in lower case and sorted, of the robots that are believed to be within earshot."""
+        return tuple(sorted(peer.name.lower() for peer in self.robots() if self.is_present(peer.name, now)))
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())
@@ -141,8 +146,8 @@ class Peers:
             peer.silent = True
 
     def nobody_answered(self, since_s: float) -> bool:
-        """All were asked, often. Returns whether none was heard since then, so that they count as gone."""
-        silent = self.last_heard_s < since_s
-        for peer in self._peers.values() if silent else ():
+        """All were asked, often. Returns whether no robot was heard since then, so that they count as gone."""
+        silent = all(peer.last_heard_s < since_s for peer in self.robots())
+        for peer in self.robots() if silent else ():
             peer.silent = True
         return silent

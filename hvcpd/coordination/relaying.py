@@ -144,7 +144,8 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
     if has_part or (entry.known_done and entry.owner == own):
         return
     if entry.done_by != own:
-        composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
+        answer = composing.change(entry) if entry.skipped else m.Negative()
+        composing.answer(me, name, f"answer {name}", answer, now, OWNER_SLOT)
     elif entry.recurs and count:
         if entry.change and (me.clock_s is not None or count != composing.spoken_count(entry)):
             changing.tell(me, name, entry, now)

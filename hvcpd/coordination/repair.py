@@ -10,6 +10,7 @@ spells it when nobody answers, and a robot that repeatedly hears speech that it 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
@@ -76,7 +77,7 @@ def after_garble(me: Knowledge, over_own_speech: bool, addressed: bool, now: flo
         last, me.repair.last_said = me.repair.last_said, None
         asks_again = last is not None and isinstance(last.statement, m.PlaceWanted)
         if last is not None and me.state not in REPEATING_ANYWAY and not asks_again:
-            me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, call=me.repair.last_call), now)
+            me.floor.want(Intent(Urgency.ANSWER, "again", partial(_if_so, me, last), call=me.repair.last_call), now)
             me.postpone(me.timing.answer_s)
         return
     if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):
@@ -120,9 +121,25 @@ def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
         if me.state in REPEATING_ANYWAY:
             me.postpone(SENTENCE_S * me.role.speech.stretch)
 
-    me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, on_said=wait_longer), now)
+    def compose() -> m.Utterance:
+        return _if_so(me, last) or composing.occupation(me, heard.speaker)
+
+    me.floor.want(Intent(Urgency.ANSWER, "again", compose, on_said=wait_longer), now)
     if me.state in REPEATING_ANYWAY:
         me.postpone(me.timing.answer_s)
+
+
+def _if_so(me: Knowledge, said: m.Utterance) -> m.Utterance | None:
+    """The robot's own sentence, unless it no longer does, or is no longer about to do, what it said of itself."""
+    own = m.parts(said)[-1].statement
+    match own.claim or own if isinstance(own, m.Completed) else own:
+        case m.Claim(task) | m.Working(task):
+            is_so = any(entry.number in me.my_tasks() for entry in me.board.known((task,)))
+        case m.WillMove(motion):
+            is_so = me.current.motion == motion
+        case _:
+            is_so = True
+    return said if is_so else None
 
 
 def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
@@ -130,9 +147,14 @@ def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
     me.repair.foreign_until_s = heard.now + FOREIGN_S
 
 
+def _listening(me: Knowledge, now: float) -> list[str]:
+    """The names, in lower case, of all robots and people within earshot."""
+    return [peer.name.lower() for peer in me.peers.all() if me.peers.is_present(peer.name, now)]
+
+
 def spell_if_unknown(me: Knowledge, now: float) -> None:
     """Nobody answers: listeners may not know the speaker."""
-    if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
+    if any(must_spell_for(me, name, now) for name in _listening(me, now)):
         me.floor.say(Urgency.ANSWER, SPELLING, composing.spelled_name(me), now, slot=0)
 
 
@@ -142,7 +164,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
     respell_s = a.respell_s or RESPELL_S
     if me.role.listed or me.floor.wants(SPELLING) or now < a.spelled_s + respell_s:
         return
-    if any(name not in a.known_by for name in me.peers.present(now)):
+    if any(name not in a.known_by for name in _listening(me, now)):
         a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
         me.floor.say(Urgency.TURN, SPELLING, composing.spelled_name(me), now)
 

@@ -220,7 +220,7 @@ def _is_mine(me: Knowledge, p: PlaceState, now: float) -> bool:
         return True
     if (p.keeper is not None and now < p.lease_end_s) or not p.comes_first(me.role.name, now):
         return False
-    alone = not me.peers.all() and not me.roster - {me.role.name.lower()}
+    alone = not me.peers.robots() and not me.roster - {me.role.name.lower()}
     return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
 
 
@@ -230,7 +230,7 @@ def _keeps(me: Knowledge, p: PlaceState, now: float, asker: str | None = None) -
     if asker is not None and p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX:
         return True  # who was given it has not heard so, nor has anybody else
     own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
-    if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
+    if p.keeper is not None or not me.roster or not me.peers.robots() or listened_s < LISTENED_S:
         return p.keeper == me.role.name
     return own == min(me.expected(now) | {own}) and not p.waiting.keys() - {asker}
 

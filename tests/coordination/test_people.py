@@ -329,3 +329,21 @@ def test_nobody_without_a_name_confirms_for_a_robot() -> None:
         mission.air.run_until(mission.air.now + 0.5)
     rob.heard(m.Utterance("friend", m.ToRobot("Rob"), None, m.Confirmed()), mission.air.now)
     assert rob.state is State.READ_BACK
+
+
+@pytest.mark.parametrize("is_person", [True, False])
+def test_nobody_waits_for_people_to_confirm_a_claim(is_person: bool) -> None:
+    """Rob was alone with Anna, who had given her name: it claimed its first task eighteen times, in four minutes, and
+    would have driven back to where it had heard her."""
+    mission = Mission(("Rob",), plants(2), ("Anna",), seed=5)
+    rob = mission.robots["Rob"]
+
+    def says(text: str) -> None:
+        rob.heard(mission.book.parse_text(text), mission.air.now, by_person=is_person)
+        mission.air.refresh()
+
+    for at_s in (10.0, 70.0):
+        mission.at(at_s, lambda: says("Hi Rob, I am Anna, what are you doing"))
+    mission.air.run_until(180.0)
+    assert (len(mission.done) == 2) is is_person, "\n".join(mission.written())
+    assert not [task for task, _ in mission.performed if task == 0]

@@ -67,6 +67,48 @@ def test_who_says_its_sentence_again_waits_for_the_answer_as_long_as_ever(asked_
     assert next_s - again_s >= last_s - next_s
 
 
+@pytest.mark.parametrize(
+    ("texts", "is_held", "answer"),
+    [
+        (("Rob, complete task one", "Rob, negative"), False, "Hi Anna, I am Rob, I am free"),
+        (("Rob, turn left",), False, "Hi Anna, I am Rob, I am free"),
+        (("Rob, turn left",), True, "Hi all, I am Rob, I will turn left"),
+    ],
+)
+def test_what_is_no_longer_so_is_not_said_again(texts: tuple[str, ...], is_held: bool, answer: str) -> None:
+    """Rob said once more that it will, after "negative", or when it had done so."""
+    mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    mission.holds_motion = is_held
+    for text in (*texts, "Hi Rob, I am Anna, say again"):
+        asked_s = mission.air.now
+        mission.hear(asked_s, text, "Anna")
+        mission.air.run_until(asked_s + 7.5)
+    assert mission.written(asked_s, without=("Anna",)) == [answer]
+
+
+@pytest.mark.parametrize(
+    ("said", "again"),
+    [
+        ("completing task one", False),
+        ("task one complete, I will complete task two", False),
+        ("confirmed two, I will complete task one", False),
+        ("task one complete", True),
+    ],
+)
+def test_nor_is_what_another_voice_has_drowned(said: str, again: bool) -> None:
+    """Rob, which had finished, said once more that it was completing the task."""
+    mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    rob = mission.robots["Rob"]
+    to = "Bot" if said.startswith("confirmed") else "all"
+    rob.knowledge.repair.last_said = mission.book.parse_text(f"Hi {to}, I am Rob, {said}")
+    rob.garbled(True, 60.0)
+    mission.air.refresh()
+    mission.air.run_until(70.0)
+    assert (f"Hi {to}, I am Rob, {said}" in mission.written(60.0)) is again
+
+
 def test_noise_out_of_the_blue_is_not_answered() -> None:
     mission = Mission(("Rob",), plants(1), seed=5, coordinator="Nobody")
     mission.air.run_until(60.0)
