@@ -301,7 +301,8 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
         return
     number = entry.number
     # by one that said so before; a robot that cannot do it refuses the coordinator's next order
-    left_alone = entry.is_shared and s.reason is None and (name not in entry.team or me.role.coordinator)
+    left_alone = name not in entry.team or entry.calls > 0 or me.role.coordinator  # or by this robot
+    left_alone = left_alone and entry.is_shared and s.reason is None
     teaming.gone(me, name, number, now)
     if not left_alone:
         me.board.give_up(number, name)

@@ -107,6 +107,8 @@ class Acquaintance:
     """Between two spellings of its name; None before the first."""
     met: int = 0
     """How many peers there were when it last asked for names."""
+    called_s: float = NEVER_S
+    """When somebody last greeted all, or asked who is here: robots answer with their names."""
     who_here_s: float = NEVER_S
     """When somebody without a name last asked who is here: the answers are for everybody, as greetings are."""
 

@@ -72,7 +72,7 @@ def _note_namesake(me: Knowledge, now: float) -> None:
 def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
     if heard.speaker is None:
         return
-    if me.current.task is not None and me.state in AT_WORK:
+    if me.current.task is not None and me.state in AT_WORK and not _is_answer(me, heard):
         teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on again
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
@@ -80,8 +80,19 @@ def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
         wants_answer = is_for_me_alone(me, heard.to) and _may_be_a_persons(me, heard.speaker, heard.now)
     else:
         wants_answer = not _answers_who_is_here(me, heard.speaker, heard.now)
+        me.acquaintance.called_s = heard.now
     if wants_answer:
         _introduce(me, heard.speaker, heard.now)
+
+
+def _is_answer(me: Knowledge, heard: Heard) -> bool:
+    """Whether a robot that says its name may do so because it was asked."""
+    return isinstance(heard.to, m.ToRobot) or heard.now <= me.acquaintance.called_s + _answers_s(me, heard.now)
+
+
+def _answers_s(me: Knowledge, now: float) -> float:
+    """How long after a question who is here robots may still answer it."""
+    return HERE_S * (1 + len(me.expected(now)))
 
 
 def _may_be_a_persons(me: Knowledge, name: str, now: float) -> bool:
@@ -96,7 +107,7 @@ def _answers_who_is_here(me: Knowledge, name: str, now: float) -> bool:
     """Whether a robot says its name to a person who asked without one, which is noted: if it says it once
     more, it greets."""
     asked_s, peer = me.acquaintance.who_here_s, me.peers.get(name)
-    is_over = now > asked_s + HERE_S * (1 + len(me.expected(now)))
+    is_over = now > asked_s + _answers_s(me, now)
     if is_over or peer is None or me.may_be_person(name) or peer.answered_s >= asked_s:
         return False
     peer.answered_s = now
@@ -131,6 +142,7 @@ def _introduce(me: Knowledge, name: str | None, now: float, asked: bool = False)
 
 
 def _who_here(me: Knowledge, heard: Heard, _: m.WhoHere) -> None:
+    me.acquaintance.called_s = heard.now
     if heard.speaker is None:
         me.acquaintance.who_here_s = heard.now
     if is_for(me, heard.to):

@@ -294,3 +294,26 @@ def test_the_place_of_the_first_is_kept_for_who_is_at_work() -> None:
     assert any("Hi Tom" in line and "negative" in line for line in mission.written(100.0))
     assert all(robot.board[1].team <= set(NAMES) for robot in mission.robots.values() if robot.at_place)
     assert Place(0.0, 1.0) == mission.plan.tasks[0].place
+
+
+@pytest.mark.parametrize("said", ["Hi all, I am Anna", "Who is here", "Hi all, I am Max, member of team plant"])
+def test_who_says_its_name_because_it_was_asked_has_not_been_switched_on_again(said: str) -> None:
+    """Rob left the task for two to Bot, who left it, too; each took the other for unable, and nobody did it."""
+    mission = Mission(NAMES[:2], shared(1, work_s=60.0), ("Anna", "Max"), seed=2)
+    while not all(robot.state is State.ACTING for robot in mission.robots.values()):
+        mission.air.run_until(mission.air.now + 1.0)
+    asked_s = mission.air.now
+    mission.hear(asked_s, said)
+    mission.air.run_until(asked_s + 20.0)
+    answers = [text for text in mission.written(asked_s, without=("Anna", "Max")) if "complet" not in text]
+    assert len(answers) == 2, answers
+    assert all(robot.state is State.ACTING for robot in mission.robots.values()), mission.written(asked_s)
+
+
+def test_two_that_leave_each_other_alone_with_a_task_for_two_do_not_take_each_other_for_unable() -> None:
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Max")), shared(1), random.Random(1))
+    kim.board[1].calls = 1  # Kim has left the task
+    kim.heard(m.Utterance("Max", m.ToAll(), None, m.Working(m.TaskByNumber(1))), 5.0)
+    kim.heard(m.Utterance("Max", m.ToAll(), None, m.Failed(m.TaskByNumber(1))), 10.0)
+    assert not kim.board[1].failed_by
+    assert not kim.board[1].team
