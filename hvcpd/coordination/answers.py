@@ -195,7 +195,8 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
 def _is_unheard(me: Knowledge, entry: Entry) -> bool:
     """Whether nobody has spoken of an open task that this robot can do: perhaps nobody else knows it."""
     was_open = entry.was_open or not me.missed.any_work
-    return was_open and not entry.known_to and me.role.volunteer and not me.lacks(entry)
+    is_open = was_open and entry.state != DONE  # otherwise somebody has said that it is done
+    return is_open and not entry.known_to and me.role.volunteer and not me.lacks(entry)
 
 
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:

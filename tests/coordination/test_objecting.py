@@ -402,3 +402,12 @@ def test_a_robot_that_may_have_missed_an_objection_to_the_confirmation_says_so_o
     if arrived_s > 12.0:
         kim.performed(arrived_s)
     assert kim.state is (State.ANNOUNCING if asks else State.ACTING)
+
+
+def test_what_a_robot_has_reported_is_known_to_others_who_leave_it_out() -> None:
+    """Bot asked what is left for ever: nobody had spoken of the task as open since it was wanted again."""
+    bot = Coordination(Role("Bot", "plant", roster=("Bot", "Kim", "Zoe")), plants(1), random.Random(1))
+    bot.board.complete(1, "Max", hearsay=True)
+    for speaker in ("Kim", "Zoe"):
+        hear(bot, speaker, "Bot", m.Left())
+    assert bot.board[1].known_done
