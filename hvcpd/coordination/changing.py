@@ -194,7 +194,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
     number = entry.number
     skip = skip and not me.acts(number)
-    if not skip:  # also if a robot has it: others may have missed that it is wanted again
+    if not skip and (entry.state != CLAIMED or entry.failed_by or not entry.recurs):  # others may have missed it
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
