@@ -7,7 +7,8 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 
 from hil_fakes.dynamixel.bus import FakeBus
@@ -17,6 +18,7 @@ from hil_fakes.dynamixel.pump import RealTimePump
 from tests.undisturbed import undisturbed
 
 PATIENCE_S = 150.0
+ATTEMPTS = 3
 FAST_RAD_S = 3.0
 STANDING_RAD_S = 0.05
 
@@ -29,6 +31,19 @@ def five_metres(port: str) -> list[str]:
 def from_a_script(port: str) -> list[str]:
     """The same as a shell starts it in the background: deaf to SIGINT."""
     return ["sh", "-c", 'trap "" INT; exec "$@"', "sh", *five_metres(port)]
+
+
+@contextmanager
+def driving(
+    devices: Callable[[], Sequence[FakeMotor | FakeOpenCR]], command: Callable[[str], Sequence[str]] = five_metres
+) -> Iterator[Driven]:
+    """A process that drives such devices, begun again if it refuses to."""
+    for _ in range(ATTEMPTS):
+        with Driven(*devices(), command=command) as driven:
+            if driven.sets_out():
+                yield driven
+                return
+    raise AssertionError("it never drove")
 
 
 class Driven:
@@ -89,7 +104,7 @@ class Driven:
         if self.process.poll() is None:
             return True
         account = self._account()
-        assert "answers late" in account or "nothing answers" in account, account
+        assert any(reason in account for reason in ("answers late", "nothing answers", "no answer from")), account
         return False
 
     def _account(self) -> str:

@@ -8,14 +8,13 @@ import pytest
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import LONGEST_STEP_S
-from tests.hardware.driven import FAST_RAD_S, PATIENCE_S, STANDING_RAD_S, Driven, five_metres, from_a_script
+from tests.hardware.driven import PATIENCE_S, STANDING_RAD_S, driving, five_metres, from_a_script
 
 pytestmark = pytest.mark.slow
 
 
 def test_killed_in_mid_motion_the_motors_stop_by_themselves_within_half_a_second() -> None:
-    with Driven(*turtlebot3_pair()) as driven:
-        driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)
+    with driving(turtlebot3_pair) as driven:
         killed_s = driven.kill()
         stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
         assert stood_s - killed_s <= 0.5 + LONGEST_STEP_S
@@ -23,14 +22,10 @@ def test_killed_in_mid_motion_the_motors_stop_by_themselves_within_half_a_second
 
 
 def test_killed_in_mid_motion_opencr_stops_by_its_heartbeat() -> None:
-    for _ in range(3):
-        with Driven(FakeOpenCR()) as driven:
-            if driven.sets_out():
-                killed_s = driven.kill()
-                stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
-                assert stood_s - killed_s <= 0.75 + LONGEST_STEP_S
-                return
-    pytest.fail("it never drove")
+    with driving(lambda: [FakeOpenCR()]) as driven:
+        killed_s = driven.kill()
+        stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
+        assert stood_s - killed_s <= 0.75 + LONGEST_STEP_S
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -38,8 +33,7 @@ def test_killed_in_mid_motion_opencr_stops_by_its_heartbeat() -> None:
 def test_a_signal_stops_the_wheels_and_switches_them_off(
     command: Callable[[str], list[str]], number: signal.Signals
 ) -> None:
-    with Driven(*turtlebot3_pair(), command=command) as driven:
-        driven.when(lambda: driven.fastest_rad_s > 1.0)
+    with driving(turtlebot3_pair, command) as driven:
         driven.process.send_signal(number)
         assert driven.process.wait(PATIENCE_S) == 130
         driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S and driven.torque == [0, 0])
