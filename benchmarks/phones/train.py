@@ -1,4 +1,4 @@
-"""Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
+"""Trains a net of `hvcpd.people.phones` (needs PyTorch 2.9 or later) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
         [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz] [--mmi 1]
