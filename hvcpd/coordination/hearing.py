@@ -14,6 +14,7 @@ from hvcpd.coordination import (
     commands,
     composing,
     earshot,
+    outdated,
     ranging,
     relaying,
     repair,
@@ -41,7 +42,7 @@ def react(me: Knowledge, heard: Heard) -> None:
     heard = relaying.direct(me, heard)  # from here on as if the original speaker had said them itself
     repair.note(me, heard)
     earshot.note(me, heard)
-    if (rest := changing.up_to_date(me, heard)) is None:
+    if (rest := outdated.up_to_date(me, heard)) is None:
         return
     heard, statement = rest, rest.utterance.statement
     if isinstance(statement, m.Claim) and choosing.claims_at_once(me, heard.now):
