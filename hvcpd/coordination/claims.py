@@ -300,9 +300,9 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if entry is None or name is None:
         return
     number = entry.number
-    # by one that said so before; a robot that cannot do it refuses the coordinator's next order
-    left_alone = name not in entry.team or entry.calls > 0 or me.role.coordinator  # or by this robot
-    left_alone = left_alone and entry.is_shared and s.reason is None
+    # by one that said so before, or by this robot; a robot that cannot do it refuses the coordinator's next order
+    may_be_alone = name not in entry.team or entry.calls > 0 or me.role.coordinator
+    left_alone = may_be_alone and entry.is_shared and s.reason is None
     teaming.gone(me, name, number, now)
     if not left_alone:
         me.board.give_up(number, name)

@@ -110,7 +110,11 @@ class Peers:
 
     def present(self, now: float) -> tuple[str, ...]:
         """The names, in lower case and sorted, of the robots that are believed to be within earshot."""
-        return tuple(sorted(peer.name.lower() for peer in self.robots() if self.is_present(peer.name, now)))
+        return tuple(sorted(name for name in self.listening(now) if not self._peers[name].is_person))
+
+    def listening(self, now: float) -> tuple[str, ...]:
+        """The names, in lower case, of all robots and people that are believed to be within earshot."""
+        return tuple(name for name in self._peers if self.is_present(name, now))
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())

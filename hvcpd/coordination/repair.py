@@ -147,14 +147,9 @@ def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
     me.repair.foreign_until_s = heard.now + FOREIGN_S
 
 
-def _listening(me: Knowledge, now: float) -> list[str]:
-    """The names, in lower case, of all robots and people within earshot."""
-    return [peer.name.lower() for peer in me.peers.all() if me.peers.is_present(peer.name, now)]
-
-
 def spell_if_unknown(me: Knowledge, now: float) -> None:
     """Nobody answers: listeners may not know the speaker."""
-    if any(must_spell_for(me, name, now) for name in _listening(me, now)):
+    if any(must_spell_for(me, name, now) for name in me.peers.listening(now)):
         me.floor.say(Urgency.ANSWER, SPELLING, composing.spelled_name(me), now, slot=0)
 
 
@@ -164,7 +159,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
     respell_s = a.respell_s or RESPELL_S
     if me.role.listed or me.floor.wants(SPELLING) or now < a.spelled_s + respell_s:
         return
-    if any(name not in a.known_by for name in _listening(me, now)):
+    if any(name not in a.known_by for name in me.peers.listening(now)):
         a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
         me.floor.say(Urgency.TURN, SPELLING, composing.spelled_name(me), now)
 
