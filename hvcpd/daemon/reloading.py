@@ -208,11 +208,14 @@ def _other_files(before: Wiring, now: Wiring) -> list[str]:
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
-    """The people who are new, no longer enrolled, or have other takes."""
+    """The people who are new, no longer enrolled, or have other sentences or takes."""
     changes: list[dict[str, Any]] = [
-        {"key": f"takes of {now[key].name}", "before": before[key].n_takes, "now": now[key].n_takes}
+        {"key": f"{what} of {now[key].name}", "before": len(old[what]), "now": len(new[what])}
         for key in sorted(before.keys() & now.keys())
         if before[key] is not now[key]
+        for old, new in [(before[key].content, now[key].content)]
+        for what in new
+        if old[what] != new[what]
     ]
     names = [sorted(person.name for person in people.values()) for people in (before, now)]
     return [{"key": "people", "before": names[0], "now": names[1]}, *changes] if names[0] != names[1] else changes

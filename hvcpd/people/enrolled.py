@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
@@ -59,13 +60,14 @@ class Person:
         return sum(map(len, self.takes.values()))
 
     def same_as(self, other: Person) -> bool:
-        """Whether both have the same takes of the same words, and the same sentences."""
-        return self._content == other._content
+        """Whether both have the same takes of the same words, and the same sentences, be they from a file or not."""
+        return self.content == other.content
 
     @property
-    def _content(self) -> tuple[object, ...]:
-        takes = {word: [take.tobytes() for take in of_word] for word, of_word in self.takes.items()}
-        return takes, [(each.words, each.logs.tobytes()) for each in self.sentences]
+    def content(self) -> dict[str, list[tuple[str, bytes]]]:
+        """The sentences and the takes, to be counted and compared: of each its words, and a print of its energies."""
+        takes = [_print(word, np.log(take)) for word in sorted(self.takes) for take in self.takes[word]]
+        return {"sentences": [_print(" ".join(each.words), each.logs) for each in self.sentences], "takes": takes}
 
     @property
     def voice(self) -> str:
@@ -74,8 +76,7 @@ class Person:
 
     def unknown(self, takes: Takes, sentences: Iterable[SpokenSentence]) -> tuple[Takes, list[SpokenSentence]]:
         """Those of the takes and sentences that this person has not, each once: they may be of the same recordings."""
-        seen = {_print(word, np.log(take)) for word, of_word in self.takes.items() for take in of_word}
-        seen |= {_print(" ".join(each.words), each.logs) for each in self.sentences}
+        seen = set(chain(*self.content.values()))
 
         def is_new(text: str, logs: LogBands) -> bool:
             known, mark = len(seen), _print(text, logs)

@@ -17,7 +17,7 @@ from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import NotDoneError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.memory.people import person_path, remove_person, write_person
-from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 from tests.daemon.control_bench import ONE_TASK, control, run
 from tests.daemon.test_control_service import shown
@@ -247,16 +247,27 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
             assert bench.body.wiring.people["anna"] is kept
             assert joined == [[]]
+            said = SpokenSentence(("rob", "stop"), np.full((20, 25), 1.0 / 3.0, np.float32))
+            write_person(person_path(state, "Anna"), kept.with_sentences([said]))
+            (spoke,) = (await talk.ask("reload"))["result"]["changed"]
+            assert spoke == {"key": "sentences of Anna", "before": 0, "now": 1}, "it was: takes of Anna, 2 and 2"
+            assert joined == [[], []]
+            learned = bench.body.wiring.people["anna"].with_sentences([said])  # a third is no float16, as in the file
+            bench.body.update_person(learned)
+            write_person(person_path(state, "Anna"), learned)
+            assert (await talk.ask("reload"))["result"]["changed"] == [], "what it has learned is no news"
+            assert bench.body.wiring.people["anna"] is learned, "whose layers are kept"
+            assert joined == [[], []]
             write_person(person_path(state, "Ben"), Person("Ben", {"stop": [take]}))
             result = (await talk.ask("reload"))["result"]
             change = {"key": "people", "before": ["Anna"], "now": ["Anna", "Ben"]}
             assert result == {"changed": [change], "restart": []}
-            assert joined == [[], ["Ben"]]
+            assert joined == [[], [], ["Ben"]]
             remove_person(person_path(state, "Anna"))
             (change,) = (await talk.ask("reload"))["result"]["changed"]
             assert change["now"] == ["Ben"]
             assert list(bench.body.wiring.people) == ["ben"], "whom the second look listens for"
-            assert joined == [[], ["Ben"], []]
+            assert joined == [[], [], ["Ben"], []]
             await talk.hang_up()
 
     run(scene())
