@@ -153,16 +153,14 @@ class SecondPassRecogniser:
         then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
         another one's)."""
         fused = fusion.fuse(hypotheses)
-        if fused is None:
-            return hypotheses, None
-        through = self._through_layers(hypotheses)
+        through = self._through_layers(hypotheses) if fused is not None else []
         found = [(other, each) for other in through if (each := fusion.fuse(other)) is not None]
-        if not found:
+        if fused is None or not found:
             return hypotheses, fused
-        other, by_person = max(found, key=lambda each: each[1].probability)
-        if not fusion.same_meaning(by_person.words, fused.words):
+        surest = max(found, key=lambda each: each[1].probability)
+        if not fusion.same_meaning(surest[1].words, fused.words):
             return hypotheses, replace(fused, probability=0.0)
-        return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
+        return max((hypotheses, fused), surest, key=lambda each: each[1].probability)
 
     def _through_layers(self, hypotheses: Hypotheses) -> list[Hypotheses]:
         """The hypotheses with the posteriors of people's own layers, of the MOST_LAYERS surest of their phones."""

@@ -64,17 +64,16 @@ def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pr
 def _fitted(start: OutputLayer, activations: LogBands, phones: Phones) -> OutputLayer:
     """The layer near `start` with the least cross-entropy of the phones and the prior's loss."""
     scale = np.sqrt((activations**2).mean(axis=0) + 1e-6)
-    inputs = activations / scale
+    inputs = np.pad(activations / scale, ((0, 0), (0, 1)), constant_values=1.0)  # the last weights are the bias
     base, wanted = start.logits(activations), np.eye(BLANK + 1, dtype=np.float32)[phones]
-    weights, bias = np.zeros_like(start.weights), np.zeros_like(start.bias)
-    weights_step, bias_step = np.zeros_like(weights), np.zeros_like(bias)
-    rate = RATE / np.sqrt(len(weights))  # a weight's gradient grows with the number of inputs
+    rates = np.full((inputs.shape[1], 1), RATE / np.sqrt(len(scale)), np.float32)  # gradients grow with the inputs
+    rates[-1] = RATE
+    moved = step = np.zeros((inputs.shape[1], BLANK + 1), np.float32)
     for _ in range(N_STEPS):
-        logits = base + inputs @ weights + bias
+        logits = base + inputs @ moved
         likely = np.exp(logits - logits.max(axis=1, keepdims=True))
         error = (likely / likely.sum(axis=1, keepdims=True) - wanted) / len(inputs)
-        weights_step = MOMENTUM * weights_step - rate * (inputs.T @ error + PRIOR * weights)
-        bias_step = MOMENTUM * bias_step - RATE * (error.sum(axis=0) + PRIOR * bias)
-        weights, bias = weights + weights_step, bias + bias_step
-    moved = start.weights + weights / scale[:, None]
-    return OutputLayer(np.asarray(moved, np.float32), np.asarray(start.bias + bias, np.float32))
+        step = MOMENTUM * step - rates * (inputs.T @ error + PRIOR * moved)
+        moved = moved + step
+    weights = start.weights + moved[:-1] / scale[:, None]
+    return OutputLayer(np.asarray(weights, np.float32), np.asarray(start.bias + moved[-1], np.float32))
