@@ -125,11 +125,20 @@ class Document:
             group = group.setdefault(key, {}) if isinstance(group, dict) else None
         if isinstance(group, dict):
             group[path[-1]] = value
+        self._forget_places(path)
+        self.places[path] = self.key_places[path] = Place(source)
+        self._overlaid.add(path)
+
+    def drop(self, key: str) -> None:
+        """Leave out a value at the top level, as if it were not written."""
+        if isinstance(self.value, dict):
+            self.value.pop(key, None)
+            self._forget_places((key,))
+
+    def _forget_places(self, path: KeyPath) -> None:
         for places in (self.places, self.key_places):
             for inside in [known for known in places if known[: len(path)] == path]:
                 del places[inside]
-        self.places[path] = self.key_places[path] = Place(source)
-        self._overlaid.add(path)
 
     def named_by_place(self, path: KeyPath) -> bool:
         """Whether the place of the key at `path`, an option or a variable, already names the key."""

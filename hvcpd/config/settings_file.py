@@ -21,6 +21,9 @@ from hvcpd.errors import ConfigError, did_you_mean
 SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
 
+DEFAULT = object()
+"""In place of an option's value: the setting has its default, whatever the file and the environment say."""
+
 STAND_IN_NAME = "Rob"
 """The name in the settings of a command that is no robot; the first of the paper's two."""
 
@@ -54,10 +57,10 @@ def load_with_sources(
     """The settings in the file `path`, with the environment's variables and then a command's options over them.
 
     Without `path` the file that FILE_VARIABLE names is read, or else `system_path` if there is one. `overrides` maps
-    a key such as `name` or `audio.input_device` to an option's value; None means that the option was not given. With
-    `name_needed` false (commands that are no robot) STAND_IN_NAME takes the place of a missing name. `reserved` is the
-    phrasebook's check of names. File names in the file are relative to its directory. Raises ConfigError with every
-    fault.
+    a key such as `name` or `audio.input_device` to an option's value, or to DEFAULT; None means that the option was not
+    given. With `name_needed` false (commands that are no robot) STAND_IN_NAME takes the place of a missing name.
+    `reserved` is the phrasebook's check of names. File names in the file are relative to its directory. Raises
+    ConfigError with every fault.
     """
     if path is None and environment.get(FILE_VARIABLE):
         path = Path(environment[FILE_VARIABLE])
@@ -66,7 +69,9 @@ def load_with_sources(
     document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
     overlay_environment(document, Settings, environment)
     for key, value in (overrides or {}).items():
-        if value is not None:
+        if value is DEFAULT:
+            document.drop(key)
+        elif value is not None:
             plain = list(value) if isinstance(value, tuple) else value
             document.overlay(tuple(key.split(".")), plain, f"--{key.replace('.', '-').replace('_', '-')}")
     if not document.has(("name",)):

@@ -10,7 +10,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.settings import AudioSettings, PeerSettings, Settings
-from hvcpd.config.settings_file import guessed_settings, load_settings, load_with_sources
+from hvcpd.config.settings_file import DEFAULT, guessed_settings, load_settings, load_with_sources
 from hvcpd.errors import ConfigError
 
 
@@ -50,6 +50,14 @@ def test_each_value_is_told_with_its_source(file: Path) -> None:
     assert told["audio.watchdog_s"] == (1.0, "default")
     assert told["peers"] == ({}, "default")
     assert next(iter(told)) == "name"
+
+
+def test_a_default_takes_the_place_of_file_and_environment(file: Path) -> None:
+    """Of one value or a whole group, without a trace of where that stood."""
+    given = {"mode": DEFAULT, "audio": DEFAULT, "pick": DEFAULT}
+    loaded = load_with_sources(file, given, environment={"HVCPD_MODE": "coordinate"}, system_path=Path("/none.yaml"))
+    assert (loaded.settings.mode, loaded.settings.audio) == ("volunteer", AudioSettings())
+    assert {each.source for each in loaded.sources if each.key != "name"} == {"default"}
 
 
 def test_text_is_taken_as_it_stands_and_the_rest_as_in_the_file() -> None:

@@ -24,14 +24,8 @@ from hil_fakes.shared_room import BLOCK, OWN_PAUSE_S, PATIENCE_S, PAUSE_S, Share
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import main, make_parser
-from hvcpd.control.duet.duet import (
-    SLOW_S,
-    VISITOR,
-    Duet,
-    SlowAir,
-    choose_medium,
-    rereading_of,
-)
+from hvcpd.control.duet.cast import VISITOR, cast_of, rereading_of
+from hvcpd.control.duet.duet import SLOW_S, Duet, SlowAir, choose_medium
 from hvcpd.control.duet.onlookers import UNHEARD, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
@@ -113,7 +107,8 @@ def test_without_a_home_that_can_be_written_words_last_as_long_as_the_duet(
 ) -> None:
     (tmp_path / "home").write_text("no folder")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    rereading_of(make_parser().parse_args(["duet", "--pipe"]), tmp_path, "Rob", 0)
+    options = make_parser().parse_args(["duet", "--pipe"])
+    rereading_of(options, cast_of(options), tmp_path, "Rob", 0)
     assert (tmp_path / "rob").is_dir()
     assert not (tmp_path / "rob" / "units").is_symlink()
 
@@ -124,13 +119,15 @@ def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     one = "tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}]}\n"
     tasks.write_text(one)
     options = make_parser().parse_args(["duet", "--pipe", "--tasks", str(tasks)])
-    rereading = rereading_of(options, tmp_path, "Rob", 0)
+    rereading = rereading_of(options, cast_of(options), tmp_path, "Rob", 0)
     assert {each.key: each.value for each in rereading.sources}["tasks"] == str(tasks)
     assert len(rereading.read(None)[1].tasks.tasks) == 1
     tasks.write_text(one + "- {number: 2, name: guard the door, actions: [{wait: 1}]}\n")
     wiring = rereading.read(None)[1]
     assert len(wiring.tasks.tasks) == 2
-    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Bot", 1).read(None)[1], lambda *_: lambda: True)
+    visitor = Visitor(
+        VISITOR, rereading_of(options, cast_of(options), tmp_path, "Bot", 1).read(None)[1], lambda *_: lambda: True
+    )
     tasks.write_text(one.replace("fetch the ball", "sweep the floor"))
     with pytest.raises(PhraseError):
         visitor.say("Hi Rob, I am Anna, sweep the floor")
@@ -147,7 +144,7 @@ def visitor_of(tmp_path: Path) -> tuple[Visitor, list[tuple[Samples, bool]]]:
         played.append((sound, at_once))
         return lambda: True
 
-    return Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play), played
+    return Visitor(VISITOR, rereading_of(options, cast_of(options), tmp_path, "Rob", 0).read(None)[1], play), played
 
 
 def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
@@ -235,6 +232,25 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert "Anna: bot stop\n" in out.getvalue()
     assert re.search(r"I am (Rob|Bot), task .* left\n", out.getvalue()), "asked before any robot had spoken"
     assert UNHEARD not in out.getvalue()
+
+
+@pytest.mark.slow
+def test_the_lines_of_a_file_are_said_too(tmp_path: Path, units: Path) -> None:
+    """A script in a pipe was said; `hvcpctl duet < script` was silent, without a word of why."""
+
+    def watch(now_s: float) -> None:
+        if now_s >= 2.0:
+            raise OverError("the test has seen enough")
+
+    (tmp_path / "script").write_text("what is left\nstop\nBot, come back")
+    with duet(tmp_path, units, watch) as (both, room, out), (tmp_path / "script").open() as typed:
+        for stream, daemon in zip(room.streams, both.daemons, strict=True):
+            stream.settled = daemon.settled
+        with pytest.raises(OverError):
+            asyncio.run(both.live(typed))
+    assert isinstance(out, io.StringIO)
+    said = [line.partition("Anna: ")[2] for line in out.getvalue().splitlines() if "Anna: " in line]
+    assert said == ["what is left", "stop", "Bot, come back"]
 
 
 @pytest.mark.slow
@@ -429,7 +445,7 @@ def test_devices_are_those_of_the_settings_or_of_the_options(tmp_path: Path) -> 
     config = tmp_path / "hvcpd.yaml"
     config.write_text("audio: {input_device: robot, output_device: horn}\n")
     options = make_parser().parse_args(["duet", "--config", str(config), "--output-device", "other"])
-    audio = rereading_of(options, tmp_path, "Rob", 0).load().settings.audio
+    audio = rereading_of(options, cast_of(options), tmp_path, "Rob", 0).load().settings.audio
     assert (audio.input_device, audio.output_device) == ("robot", "other")
     options = make_parser().parse_args(["duet", "--pipe", "--input-device", "robot"])
     with pytest.raises(ConfigError, match="simulated air has no devices"):

@@ -10,14 +10,14 @@ import pytest
 from hvcpd.control.duet.onlookers import ANSWER_S, LATER, TIMES, TYPED_BYTES, UNHEARD, Onlooker, TypedLines, Visit
 
 
-def visit(times: list[float], addressee: str = "", may_wait: bool = False) -> Visit:
+def visit(times: list[float], addressee: str = "", may_wait: bool = False, is_stop: bool = False) -> Visit:
     """A visit whose sentence is said at once; `times` grows by each time that it is said."""
 
     def say() -> Callable[[], bool]:
         times.append(0.0)
         return lambda: True
 
-    return Visit("Anna: what is left", say, addressee, may_wait)
+    return Visit("Anna: what is left", say, addressee, may_wait, is_stop)
 
 
 def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_once() -> None:
@@ -125,3 +125,15 @@ def test_a_question_before_any_robot_has_spoken_waits_for_that_but_a_stop_does_n
     onlooker.visited(visit(asked, may_wait=True), 10.0)
     assert len(asked) == 2
     assert out.getvalue().count(LATER) == 1
+
+
+def test_a_stop_takes_the_place_of_what_waits_for_a_robot_to_speak() -> None:
+    """It was said after the stop, as soon as a robot had spoken."""
+    asked = list[float]()
+    onlooker = Onlooker(["Rob", "Bot"], io.StringIO())
+    onlooker.visited(visit(asked, may_wait=True), 0.0)
+    onlooker.visited(visit([]), 0.1)
+    onlooker.visited(visit([], is_stop=True), 0.2)
+    onlooker.visited(visit(asked, may_wait=True), 0.3)
+    onlooker.tell({"event": "said", "text": "Stop", "at_s": 2.0}, "Rob")
+    assert len(asked) == 1, "what was typed after it is said"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
-from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
+from hvcpd.control.duet.texts import lacking_text, partner_command, ready_text, welcome_text
 from hvcpd.daemon.wiring import wire_up
 
 TASKS = """skills: {pour: {}, grip: {}}
@@ -27,18 +27,27 @@ def test_the_terminal_says_how_to_ask_its_robots(tmp_path: Path) -> None:
 
 
 def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
-    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=True)
-    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
-    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
+    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), "", by_voice=True)
+    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), "", by_voice=False)
+    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), "", by_voice=True)
 
 
 def test_who_is_alone_is_told_where_the_partner_starts_if_there_is_one() -> None:
     """A robot by itself was its own partner, on another computer."""
     assert "Rob begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as Bot\n" in (
-        ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
+        ready_text(("Rob",), partner_command(("Rob", "Bot"), ("Rob",), None, None), by_voice=True)
     )
-    assert "Rob begins in a moment.\n" in ready_text(("Rob",), ("Rob",), by_voice=False)
-    assert "one of them begins in a moment.\n" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
+    assert partner_command(("Rob", "Bot"), ("Rob", "Bot"), None, None) == ""
+    assert "Rob begins in a moment.\n" in ready_text(("Rob",), "", by_voice=False)
+    assert "one of them begins in a moment.\n" in ready_text(("Rob", "Bot"), "", by_voice=False)
+
+
+def test_a_partner_starts_with_the_same_robots_and_files(tmp_path: Path) -> None:
+    """It was told to start without them, as one who knows neither the first robot nor its tasks."""
+    command = partner_command(("Ida", "Max"), ("Ida",), tmp_path / "my team.yaml", tmp_path / "tasks.yaml")
+    options = make_parser().parse_args(shlex.split(command)[1:])
+    assert (options.names, options.as_name) == (("Ida", "Max"), "Max")
+    assert (options.config, options.tasks) == (tmp_path / "my team.yaml", tmp_path / "tasks.yaml")
 
 
 def test_tasks_that_nobody_can_do_yet_are_named_and_how_to_have_them_done(tmp_path: Path) -> None:

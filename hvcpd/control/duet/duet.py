@@ -6,11 +6,11 @@ import argparse
 import asyncio
 import os
 import signal
+import stat
 import sys
 import tempfile
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import ExitStack, suppress
-from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -20,11 +20,10 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings
-from hvcpd.config.settings_file import load_with_sources
+from hvcpd.control.duet.cast import cast_of, rereading_of
 from hvcpd.control.duet.onlookers import TYPED_BYTES, Onlooker, TypedLines, Visitor, page
 from hvcpd.control.duet.rendering import Rendering, is_rendered
-from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
-from hvcpd.control.simulate.team import refuse_same_sound
+from hvcpd.control.duet.texts import lacking_text, partner_command, ready_text, welcome_text
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.library_output import LibraryOutput
@@ -36,12 +35,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
-from hvcpd.synthesis.likeness import name_check
 
-START_X_M = -5.0
-"""Start of the first robot; the others start beside it, 1 m apart."""
-VISITOR = "Anna"
-"""The visitor's name, which the robots know from the start."""
 LEAVE_S = 8.0
 """Wall-clock time for the farewells after Ctrl-C: two robots say theirs in turn, in 6.3 to 6.6 s (word-level
 missions)."""
@@ -64,16 +58,16 @@ _PIPE = "through simulated air ({why})"
 
 def run(options: argparse.Namespace) -> int:
     """Let the robots talk until interrupted. Raises ConfigError and DeviceError."""
-    robots: tuple[str, ...] = (options.as_name,) if options.as_name else options.names
+    cast = cast_of(options)
+    robots = tuple(name for name in cast.robots if options.as_name is None or name.lower() == options.as_name.lower())
     with tempfile.TemporaryDirectory(prefix="hvcpd-duet-") as folder, ExitStack() as stack:
         libraries = LibraryOutput()  # ALSA writes a line for each underrun
         libraries.begin()
         stack.callback(libraries.end)
         log = stack.enter_context(_open_log(robots))
         set_up_logging("warning", log, form="console")
-        rereadings = {robot: rereading_of(options, Path(folder), robot, k) for k, robot in enumerate(robots)}
+        rereadings = {robot: rereading_of(options, cast, Path(folder), robot, k) for k, robot in enumerate(robots)}
         wirings = [rereading.read(None)[1] for rereading in rereadings.values()]
-        refuse_same_sound(options.names, wirings[0].sound.lexicon)
         medium, where = choose_medium(options, len(robots), wirings[0].settings.audio)
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
@@ -87,8 +81,9 @@ def run(options: argparse.Namespace) -> int:
             stack.callback(rendering.end)
             rendering.wait()
             rendered = rendering.ended
-        visitor = Visitor(VISITOR, wirings[0], medium.say)
-        ready = ready_text(robots, options.names, by_voice=isinstance(medium, SharedCard))
+        visitor = Visitor(cast.visitor, wirings[0], medium.say)
+        partner = partner_command(cast.robots, robots, options.config, options.tasks)
+        ready = ready_text(robots, partner, by_voice=isinstance(medium, SharedCard))
         ready += lacking_text(wirings[0], options.config)
         duet = Duet(wirings, room, visitor, ready=ready, rendered=rendered, rereadings=rereadings)
         asyncio.run(duet.live(sys.stdin, libraries.drain))
@@ -152,33 +147,6 @@ def _real_time() -> Callable[[float], Awaitable[None]]:
         await asyncio.sleep(now_s - (clock_s - began_s))
 
     return pace
-
-
-def rereading_of(options: argparse.Namespace, folder: Path, robot: str, place: int) -> Rereading:
-    """How to read one robot's settings, now and again; its memory lasts as long as the duet. Raises ConfigError."""
-    state = folder / robot.lower()
-    state.mkdir()
-    with suppress(OSError):  # else what is rendered lasts as long as the duet, too
-        if (units := user_cache_folder()) is not None:
-            units.mkdir(parents=True, exist_ok=True)
-            (state / "units").symlink_to(units)
-    given: dict[str, object] = {
-        "name": robot,
-        "names": list(dict.fromkeys((*options.names, robot, VISITOR))),
-        "state_dir": str(state),
-        "start.x_m": START_X_M + place,
-        "control.socket": str(folder / f"{robot.lower()}.sock"),
-        "voices": "any",
-    }
-    more = {
-        "tasks": options.tasks,
-        "audio.input_device": options.input_device,
-        "audio.output_device": options.output_device,
-    }
-    given |= {key: str(value) for key, value in more.items() if value is not None}
-
-    load = partial(load_with_sources, options.config, given, reserved=name_check, system_path=folder / "none.yaml")
-    return Rereading(load, load().sources)
 
 
 class Duet:
@@ -286,18 +254,23 @@ class Duet:
             life.cancel()
 
     def _listen(self, typed: Any) -> bool:
-        """Take lines as they are typed; False for an input that cannot be polled, such as a file."""
-        lines = TypedLines()
+        """Take lines as they are typed, those of a file at once; False for an input that cannot be polled."""
+        loop, lines = asyncio.get_running_loop(), TypedLines()
 
-        def take() -> None:
+        def take() -> bool:
             data = os.read(typed.fileno(), TYPED_BYTES)
             if not data:
-                asyncio.get_running_loop().remove_reader(typed)
+                loop.remove_reader(typed)
             for line in lines.take(data):
                 self.say(line)
+            return bool(data)
 
-        with suppress(PermissionError, ValueError, OSError):
-            asyncio.get_running_loop().add_reader(typed, take)
+        with suppress(ValueError, OSError):
+            if stat.S_ISREG(os.fstat(typed.fileno()).st_mode):
+                while take():
+                    pass
+                return False
+            loop.add_reader(typed, take)
             return True
         return False
 

@@ -20,7 +20,8 @@ def add_duet(commands: Commands) -> None:
         "microphone, or through simulated air where there is none. Speak to them, or type what you would say.",
         epilog="On two computers within earshot, start one robot on each with --as.",
     )
-    c.add_argument("--names", type=robot_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots")
+    who = "the robots (default: the first two of the settings)"
+    c.add_argument("--names", type=robot_names, metavar="Rob,Bot", help=who)
     c.add_argument("--as", dest="as_name", type=robot_name, metavar="NAME", help="run only this robot here")
     c.add_argument("--pipe", action="store_true", help="use simulated air even where there is a sound card")
     c.add_argument("--input-device", metavar="NAME", help="a part of the microphone's name (default: the settings')")

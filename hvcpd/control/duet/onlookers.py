@@ -85,18 +85,25 @@ class Visitor:
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
         line, is_stop = f"{self._name}: {text}", isinstance(utterance.statement, Stop)
         may_wait = not isinstance(utterance.statement, Stop | Resume)  # said later, "resume" would undo a "stop"
-        return Visit(line, lambda: self._play(sound, is_stop), one, may_wait)
+        return Visit(line, lambda: self._play(sound, is_stop), one, may_wait, is_stop)
 
 
 class Visit:
     """A visitor's sentence, with its `line` for the terminal; `say` says it and returns a function that tells whether
-    it is over. `addressee` is the robot that it is for, "" for any; `may_wait`: until a robot has spoken."""
+    it is over. `addressee` is the robot that it is for, "" for any; `may_wait`: until a robot has spoken; `is_stop`: it
+    takes the place of those that wait."""
 
     def __init__(
-        self, line: str, say: Callable[[], Callable[[], bool]], addressee: str = "", may_wait: bool = False
+        self,
+        line: str,
+        say: Callable[[], Callable[[], bool]],
+        addressee: str = "",
+        may_wait: bool = False,
+        is_stop: bool = False,
     ) -> None:
         self.line = line
         self.may_wait = may_wait
+        self.is_stop = is_stop
         self._say = say
         self._addressee = addressee
         self._times = 0
@@ -158,8 +165,10 @@ class Onlooker:
         if self._held is not None and visit.may_wait:
             self._held.append(visit)
             self.note(LATER)
-        else:
-            self._admit(visit)
+            return
+        if self._held is not None and visit.is_stop:
+            self._held.clear()
+        self._admit(visit)
 
     def _admit(self, visit: Visit) -> None:
         visit.again()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
+from hvcpd.config.settings import DEFAULT_NAMES
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.reporting.text import listed, task_words
@@ -24,12 +25,23 @@ def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path
     return f"{listed(robots)} {talk} {where}.\n{watch}{ask}{prepare} words …\n"
 
 
-def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
-    """The text for the terminal when all robots here listen; `by_voice`: to a microphone, too."""
+def partner_command(names: tuple[str, ...], here: tuple[str, ...], config: Path | None, tasks: Path | None) -> str:
+    """The command by which the first of the `names` that does not run here starts on another computer; "" if all do."""
+    others = [name for name in names if name not in here]
+    if not others:
+        return ""
+    given = {"--config": config, "--tasks": tasks, "--names": ",".join(names)}
+    if set(names) == set(DEFAULT_NAMES):
+        del given["--names"]
+    options = [word for option, value in given.items() if value is not None for word in (option, str(value))]
+    return shlex.join(["hvcpctl", "duet", *options, "--as", others[0]])
+
+
+def ready_text(robots: tuple[str, ...], partner: str, by_voice: bool) -> str:
+    """The text for the terminal when all robots here listen; `partner` is the command of one on another computer, ""
+    without one; `by_voice`: to a microphone, too."""
     first = robots[0] if len(robots) == 1 else "one of them"
-    others = [name for name in names if name not in robots]
-    where = "on another computer within earshot"
-    partner = f" Its partner runs {where}: hvcpctl duet --as {others[0]}" if others else ""
+    partner = f" Its partner runs on another computer within earshot: {partner}" if partner else ""
     join = "Say, or type and press Enter" if by_voice else "Type and press Enter"
     return _READY.format(first=first, partner=partner, join=join, one=robots[0], last=robots[-1])
 

@@ -16,7 +16,7 @@ from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.command_line import print_error
 from hvcpd.config.document import place_of
 from hvcpd.config.settings import Settings
-from hvcpd.config.settings_file import load_settings, load_with_sources
+from hvcpd.config.settings_file import Loaded, load_settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
@@ -90,7 +90,11 @@ def load_team(
 
 def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The robots that the settings name, without enrolled people. Raises ConfigError."""
-    loaded = load_with_sources(options.config, name_needed=False, reserved=name_check)
+    return named_robots(load_with_sources(options.config, name_needed=False, reserved=name_check))
+
+
+def named_robots(loaded: Loaded) -> tuple[str, ...]:
+    """The robots that these settings name, without enrolled people."""
     people = _enrolled(loaded.settings, loaded.settings.names, Lexicon.load())
     named = {name.lower(): name for name in (*loaded.settings.names, loaded.name) if name is not None}
     return tuple(name for key, name in named.items() if key not in people)
