@@ -25,7 +25,7 @@ from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.duet.cast import VISITOR, cast_of, rereading_of
-from hvcpd.control.duet.duet import SLOW_S, Duet, SlowAir, choose_medium
+from hvcpd.control.duet.duet import SLOW_S, Duet, SlowAir, cancel_once, choose_medium
 from hvcpd.control.duet.onlookers import UNHEARD, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
@@ -294,6 +294,30 @@ def test_a_reader_that_goes_away_ends_it_in_order(tmp_path: Path, units: Path) -
     with suppress(BrokenPipeError):
         gone.close()
     assert not any(daemon.robot is None for daemon in both.daemons), "they had not begun"
+
+
+def test_robots_that_end_are_not_broken_off() -> None:
+    """Of two, the second to end was: its threads made their folder in /tmp anew, and left it there."""
+    ended: list[str] = []
+
+    async def robot(name: str, rounds: int) -> None:
+        try:
+            await asyncio.sleep(3600.0)
+        finally:
+            for _ in range(rounds):
+                await asyncio.sleep(0.0)
+            ended.append(name)
+
+    async def both() -> None:
+        lives = [asyncio.ensure_future(robot("Rob", 1)), asyncio.ensure_future(robot("Bot", 9))]
+        await asyncio.sleep(0.0)
+        cancel_once(lives)
+        await asyncio.wait(lives, return_when=asyncio.FIRST_COMPLETED)
+        cancel_once(lives)
+        await asyncio.gather(*lives, return_exceptions=True)
+
+    asyncio.run(both())
+    assert ended == ["Rob", "Bot"]
 
 
 def block(level: float) -> Samples:

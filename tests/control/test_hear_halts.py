@@ -31,7 +31,9 @@ def test_a_call_is_shown_with_the_halt_before_it(
     assert [each.get("event") or each["text"] for each in told] == ["hold", "Stop", "release"]
     assert all(0.0 <= each["start_s"] - around_s < each["end_s"] - around_s < 0.7 for each in told)
     assert main(hear) == 0
-    assert 's        [a robot stands still: this may be "stop"]' in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert 's        [a robot stands still: this may be "stop"]' in shown
+    assert "the word alone counts no more: the sentence around it does" in shown, "it said that the word is no stop"
 
 
 @pytest.mark.slow

@@ -81,6 +81,16 @@ def test_too_few_or_too_many_robots_are_refused(robots: str, fault: str, capsys:
     assert fault in capsys.readouterr().err
 
 
+def test_the_robots_are_those_of_the_settings(tmp_path: Path) -> None:
+    """They were Rob, Bot and Mia, whoever the team was."""
+    (tmp_path / "hvcpd.yaml").write_text("name: Bot\nnames: [Bot, Rob]\n")
+    written = tmp_path / "page.html"
+    assert main(["playground", "--config", str(tmp_path / "hvcpd.yaml"), "-o", str(written)]) == 0
+    found = re.search(r'id="data">(.*?)</script>', written.read_text(), re.S)
+    assert found
+    assert [robot["name"] for robot in json.loads(found[1])["robots"]] == ["Bot", "Rob"]
+
+
 def test_while_sound_is_packed_a_signal_is_not_lost(team: Team) -> None:
     """Ctrl-C that came in a callback of the library was shown as "ignored", and so it was."""
     called: set[str] = set()

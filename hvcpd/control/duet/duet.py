@@ -9,7 +9,7 @@ import signal
 import stat
 import sys
 import tempfile
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, TextIO
@@ -197,8 +197,7 @@ class Duet:
             if not self._ended:
                 raise
         finally:
-            for task in (*lives, *beside):
-                task.cancel()
+            cancel_once((*lives, *beside))
             await asyncio.gather(*lives, *beside, return_exceptions=True)
             if listening:
                 loop.remove_reader(typed)
@@ -250,8 +249,7 @@ class Duet:
 
     def _end(self, lives: list[asyncio.Task[None]]) -> None:
         self._ended = True
-        for life in lives:
-            life.cancel()
+        cancel_once(lives)
 
     def _listen(self, typed: Any) -> bool:
         """Take lines as they are typed, those of a file at once; False for an input that cannot be polled."""
@@ -281,6 +279,14 @@ class Duet:
             self._onlooker.visited(self._visitor.say(line), self._now_s)
         except HvcpdError as error:
             self._onlooker.note(str(error))
+
+
+def cancel_once(tasks: Iterable[asyncio.Task[None]]) -> None:
+    """Cancel tasks, but none that is being cancelled: a second time would break off its end, and leave threads behind
+    that write where nothing is any more."""
+    for task in tasks:
+        if not task.cancelling():
+            task.cancel()
 
 
 class SlowAir:

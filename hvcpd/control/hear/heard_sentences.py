@@ -74,7 +74,7 @@ def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> Heard
 
 HALTS: dict[type[Event], tuple[str, str]] = {
     Held: ("hold", 'a robot stands still: this may be "stop"'),
-    Released: ("release", "the word alone is no stop: a sentence explains it, or it was not sure enough"),
+    Released: ("release", "the word alone counts no more: the sentence around it does, if there is one"),
     Urgent: ("stop", 'a robot stops for good: this is "stop"'),
 }
 """The names and the meanings of the events by which a robot halts, and goes on."""

@@ -6,7 +6,7 @@ import argparse
 import sys
 
 from hvcpd.config.files import write_whole
-from hvcpd.control.simulate.team import load_team
+from hvcpd.control.simulate.team import load_team, robots_of
 from hvcpd.errors import EX_OK, AudioFileError, ConfigError, writing
 from hvcpd.reporting.playground import make_scenes, page
 
@@ -16,7 +16,7 @@ MOST_ROBOTS = 4
 
 def run(options: argparse.Namespace) -> int:
     """Write the page."""
-    robots: tuple[str, ...] = options.robots
+    robots: tuple[str, ...] = options.robots or robots_of(options)[:MOST_ROBOTS]
     if not 2 <= len(robots) <= MOST_ROBOTS:
         raise ConfigError(f"--robots: name 2 to {MOST_ROBOTS}; each adds 1.3 MB to the page")
     team = load_team(options, robots)

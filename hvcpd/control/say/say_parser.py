@@ -91,8 +91,8 @@ def _add_playground(commands: Commands) -> None:
     c = add_command(commands, "playground", text, "say.playground", "hvcpctl playground", description=about)
     add_config(c)
     add_tasks(c)
-    who, usual = "who speaks (2 to 4)", ("Rob", "Bot", "Mia")
-    c.add_argument("--robots", type=robot_names, default=usual, metavar="Rob,Bot", help=who)
+    who = "who speaks, 2 to 4 (default: the settings' `names`)"
+    c.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help=who)
     where, file = "where to write it (default: %(default)s)", Path("playground.html")
     c.add_argument("-o", "--output", type=Path, default=file, metavar="FILE.html", help=where)
 
