@@ -48,7 +48,7 @@ _SPELLINGS = (
     (re.compile(r"^grey"), "gray"),
 )
 """British and American, both ways: a team spells its tasks as it likes."""
-_HALF = re.compile(r"([0-9]{1,2})[.]50?")
+_DECIMAL = re.compile(r"([0-9]{1,2})[.]([05])0?")
 _CLITIC = re.compile(r"(n't|'[a-z]+)$")
 
 
@@ -59,8 +59,12 @@ def variants(word: str) -> Iterator[Words]:
         yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))
     if (found := _CLITIC.search(word)) and found[0] in _ENDINGS:
         yield (word[: found.start()], _ENDINGS[found[0]])
-    if half := _HALF.fullmatch(word):
-        yield (*number_words(int(half[1])), "and", "a", "half") if int(half[1]) else ("half", "a")
+    if decimal := _DECIMAL.fullmatch(word):
+        whole = number_words(int(decimal[1]))
+        if decimal[2] == "5":
+            yield (*whole, "and", "a", "half") if int(decimal[1]) else ("half", "a")
+        else:
+            yield whole
     if not word.isalpha() and unsayable(word) is None:
         yield spoken_words(word)
     for pattern, other in _SPELLINGS:

@@ -72,7 +72,9 @@ def test_a_robot_that_runs_now_is_named(tmp_path: Path, capsys: pytest.CaptureFi
         run(options(tmp_path, "--only", "wheels"))
         assert "Rob runs now, and uses the card and the port: end it" in found(capsys)["hvcpd"]["text"]
     run(options(tmp_path, "--only", "wheels"))
-    assert "hvcpd" not in found(capsys)
+    told = found(capsys)
+    assert "hvcpd" not in told
+    assert told["verdict"]["text"] == "1 of 1 check failed; the remedy is above"
 
 
 @pytest.mark.slow

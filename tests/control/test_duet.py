@@ -165,7 +165,16 @@ def test_an_arrow_pressed_before_a_sentence_is_no_part_of_it(tmp_path: Path) -> 
 def test_no_line_with_stop_is_refused_and_each_is_said_at_once(tmp_path: Path) -> None:
     """ "Stop stop" and "stop now" were refused, and "stop" waited for a pause, and behind what was typed before."""
     visitor, played = visitor_of(tmp_path)
-    for typed in ("stop", "stop stop", "STOP!!!", "stop now", "Rob, stop it", "no, stop", "stopp stop"):
+    for typed in (
+        "stop",
+        "stop stop",
+        "STOP!!!",
+        "stop now",
+        "Rob, stop it",
+        "no, stop",
+        "stopp stop",
+        "Rob, halt now",
+    ):
         called = visitor.say(typed)
         called.again()
         assert called.line == ("Anna: STOP!!!" if typed == "STOP!!!" else "Anna: stop")

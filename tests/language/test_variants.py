@@ -27,6 +27,8 @@ BOOK = Phrasebook(
         ("Hi Rob, I'm Zoe, move forward 2 meters", "Hi Rob, I am Zoe, move forward two metres"),
         ("Rob, move back 1 meter", "Rob, move back one metre"),
         ("Rob, move back 0.5 m", "Rob, move back half a metre"),
+        ("Rob, move back 1.0 m", "Rob, move back one metre"),
+        ("Hi all, I am Rob, report, I am free, battery 11.0 V", None),
         ("Rob, move back 3m", "Rob, move back three metres"),
         ("Rob, move back 3metres", "Rob, move back three metres"),
         ("Hi all, I\N{RIGHT SINGLE QUOTATION MARK}m Rob, report, I've stopped, battery 11.5V", None),

@@ -24,6 +24,7 @@ from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.hardware.wheels_find import KINDS, examine
 from hvcpd.hardware.wheels_port import WaitingPort
+from hvcpd.reporting.text import plural
 
 _SIGNS = {"ok": "ok   ", "note": "note ", "wrong": "WRONG"}
 
@@ -86,9 +87,11 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
 def _verdict(found: list[Finding]) -> Finding:
     counts = Counter(finding.grade for finding in found)
     notes = f"; {counts['note']} to note" if counts["note"] else ""
+    checks = plural(len(found), "check")
     if counts["wrong"]:
-        return wrong("verdict", f"{counts['wrong']} of {len(found)} checks failed; the remedies are above{notes}")
-    return fine("verdict", f"all {len(found)} checks passed{notes}")
+        remedies = "remedy is" if counts["wrong"] == 1 else "remedies are"
+        return wrong("verdict", f"{counts['wrong']} of {checks} failed; the {remedies} above{notes}")
+    return fine("verdict", f"{'all ' * (len(found) > 1)}{checks} passed{notes}")
 
 
 def _shown(findings: Iterator[Finding] | list[Finding], as_json: bool) -> Iterator[Finding]:

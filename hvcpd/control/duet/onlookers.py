@@ -21,6 +21,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import PhraseError
 from hvcpd.language.addressees import FRIEND, ToRobot
 from hvcpd.language.messages import Resume, Stop, for_robots
+from hvcpd.language.variants import variants
 from hvcpd.language.words import strict_words
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clean, clock
@@ -77,7 +78,7 @@ class Visitor:
         try:
             typed = phrasebook.parse_text(text)
         except PhraseError:
-            if STOP not in strict_words(text):
+            if not any((STOP,) in ((word,), *variants(word)) for word in strict_words(text)):
                 raise
             typed, text = phrasebook.parse_text(STOP), STOP
         utterance = for_robots(replace(typed, speaker=self._name) if typed.speaker == FRIEND else typed)
