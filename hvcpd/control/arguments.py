@@ -60,15 +60,15 @@ def add_json(command: argparse.ArgumentParser, text: str = "print one JSON objec
     command.add_argument("--json", action="store_true", help=text)
 
 
-def add_memory(command: argparse.ArgumentParser) -> None:
+def add_memory(command: argparse.ArgumentParser, since: str | None = None) -> None:
     """Add --config, --name, --memory, --socket, --since and --json, for what reads a robot's memory."""
     add_config(command)
     whose = "the robot whose memory to read (default: from the settings)"
     command.add_argument("--name", type=robot_name, metavar="NAME", help=whose)
     command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, in any folder")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the memory of the robot with this control socket")
-    since = "start this long ago (30m, 8h, 2d) or at this time (2026-11-21T08:00)"
-    command.add_argument("--since", metavar="WHEN", help=since)
+    text = "start this long ago (30m, 8h, 2d) or at this time (2026-11-21T08:00; default: {})"
+    command.add_argument("--since", metavar="WHEN", default=since, help=text.format(since or "at the first sentence"))
     add_json(command)
 
 

@@ -76,6 +76,10 @@ class Shift:
     members: tuple[Member, ...]
     bins: tuple[Bin, ...]
     troubles: tuple[Trouble, ...]
+    said: int
+    """Sentences of the robot itself, whatever its name was then."""
+    heard: int
+    """Sentences that it heard from others and understood."""
     garbled: int
     unknown: int
     """Sentences that today's phrasebook does not have, as after a change of names."""
@@ -84,16 +88,6 @@ class Shift:
     """What became due, where that is known."""
     together: Mapping[int, int] = field(default_factory=dict)
     """The tasks for several robots, and for how many."""
-
-    @property
-    def said(self) -> int:
-        """How many sentences the robot itself said."""
-        return sum(member.sentences for member in self.members if member.name == self.own)
-
-    @property
-    def heard(self) -> int:
-        """How many sentences it heard from others and understood."""
-        return sum(member.sentences for member in self.members if member.name != self.own)
 
     @property
     def understood(self) -> float | None:
@@ -116,8 +110,10 @@ def read_shift(
 ) -> Shift:
     """The shift that lasted from `span_s[0]` to `span_s[1]`, by the rows of that time that the clock was known at."""
     timed = [row for row in rows if row.wall_s is not None and span_s[0] <= row.wall_s <= span_s[1]]
-    own = next((row.record.speaker for row in timed if row.record.kind == "said" and row.record.speaker), "the robot")
-    begin_s = max(span_s[0], timed[0].wall_s or 0.0) if timed else span_s[0]
+    kinds = Counter(row.record.kind for row in timed)
+    names_said = (row.record.speaker for row in reversed(timed) if row.record.kind == "said" and row.record.speaker)
+    own = next(names_said, "the robot")  # by its last name
+    begin_s = min((row.wall_s or 0.0 for row in timed), default=span_s[0])  # the clock may have been set back
     reader = _Reader(own, begin_s, {task.number: task.name for task in tasks})
     for row in timed:
         reader.take(row, phrasebook)
@@ -133,6 +129,8 @@ def read_shift(
         tuple(reader.members.values()),
         _bins(timed, begin_s, span_s[1]),
         tuple(reader.troubles),
+        kinds["said"],
+        kinds["heard"],
         reader.garbled,
         reader.unknown,
         tell(record),

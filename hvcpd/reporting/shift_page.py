@@ -41,14 +41,15 @@ def wall_clock(wall_s: float, shift: Shift) -> str:
     began, ended, at = map(datetime.fromtimestamp, (shift.begin_s, shift.end_s, wall_s))
     day = "%a " if began.date() != ended.date() else ""
     if shift.end_s - shift.begin_s > 6 * DAY_S:
-        day = "%-d %b "
+        day = "%-d %b " if began.year == ended.year else "%-d %b %Y "
     return at.strftime(day + ("%H:%M:%S" if shift.end_s - shift.begin_s < SHORT_S else "%H:%M"))
 
 
 def title(shift: Shift) -> str:
     """Whose shift, and when."""
     began, ended = datetime.fromtimestamp(shift.begin_s), datetime.fromtimestamp(shift.end_s)
-    day, until = "%A %-d %B %Y, %H:%M", "%H:%M" if began.date() == ended.date() else "%A %-d %B, %H:%M"
+    day = "%A %-d %B %Y, %H:%M"
+    until = day if began.year != ended.year else "%H:%M" if began.date() == ended.date() else "%A %-d %B, %H:%M"
     return f"{began.strftime(day)} to {ended.strftime(until)}, as {shift.own} heard it"
 
 

@@ -148,6 +148,32 @@ def test_what_two_robots_do_together_counts_once() -> None:
     assert as_json(found)["done"] == {1: 1, 3: 1}
 
 
+def test_a_robot_that_was_renamed_and_has_a_namesake_said_only_what_it_said_itself() -> None:
+    talk = (
+        (0.0, "said", "Rob", "Hi all, I am Rob"),
+        (10.0, "heard", "Rob", "Hi all, I am Rob"),
+        (20.0, "heard", "Bot", "Hi all, I am Bot"),
+        (30.0, "said", "Anna", "Hi all, I am Anna"),
+    )
+    found = shift(talk=talk)
+    assert (found.own, found.said, found.heard) == ("Anna", 2, 2)
+    assert "as Anna heard it" in as_text(found)
+    assert {member.name: member.sentences for member in found.members} == {"Anna": 1, "Rob": 2, "Bot": 1}
+
+
+def test_a_clock_that_was_set_back_hides_nothing() -> None:
+    talk = tuple((at_s, "heard", "Bot", "Hi all, I am Bot") for at_s in (3000.0, 3010.0, 0.0, 10.0, 1500.0))
+    found = shift(talk=talk)
+    assert found.begin_s == BEGIN_S
+    assert sum(part.heard for part in found.bins) == found.heard == 5
+    assert all(line.said.at_s >= 0.0 for line in found.story.lines)
+
+
+def test_a_shift_over_new_year_names_both_years() -> None:
+    found = read_shift(rows(), BOOK, plants(3), (BEGIN_S, BEGIN_S + 150 * 24 * HOUR_S))
+    assert re.search(r"September 2026, [\d:]+ to \w+ \d+ February 2027, [\d:]+, as Rob", as_text(found))
+
+
 def test_every_sentence_is_in_one_part_of_the_shift() -> None:
     found = shift()
     assert len(found.bins) == BINS
@@ -210,6 +236,13 @@ def test_the_command_prints_and_draws(tmp_path: Path, capsys: pytest.CaptureFixt
     arguments[-1] = str(tmp_path / "nowhere" / "shift.html")
     with pytest.raises(ConfigError, match="nowhere"):
         report.run(make_parser().parse_args(arguments))
+
+
+def test_since_may_reach_as_far_back_as_one_likes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Store(tmp_path / "rob.sqlite3").close()
+    arguments = ["report", "--memory", str(tmp_path / "rob.sqlite3"), "--since", "999999999d"]
+    assert report.run(make_parser().parse_args(arguments)) == 0
+    assert "as the robot heard it" in capsys.readouterr().out
 
 
 def test_what_is_passed_on_or_only_confirmed_counts_for_who_did_it_and_once() -> None:
@@ -353,7 +386,13 @@ def test_columns_stay_apart_however_long_names_and_numbers_are() -> None:
 
 @pytest.mark.parametrize(
     ("hours", "expected"),
-    [(0.2, r"\d\d:\d\d:\d\d"), (2, r"\d\d:\d\d"), (30, r"\w\w\w \d\d:\d\d"), (300, r"\d\d \w\w\w \d\d:\d\d")],
+    [
+        (0.2, r"\d\d:\d\d:\d\d"),
+        (2, r"\d\d:\d\d"),
+        (30, r"\w\w\w \d\d:\d\d"),
+        (300, r"\d\d \w\w\w \d\d:\d\d"),
+        (3000, r"\d\d \w\w\w 2026 \d\d:\d\d"),
+    ],
 )
 def test_times_tell_as_much_as_the_shifts_length_asks_for(hours: float, expected: str) -> None:
     began = datetime(2026, 9, 21, 8, 0).timestamp()
@@ -368,7 +407,9 @@ def test_times_on_the_timeline_of_a_few_minutes_in_a_long_shift_differ() -> None
     assert len(told) == len(set(told)) > 1
 
 
-@pytest.mark.parametrize("end_s", [60.0, 900.0, 3600.0, 8 * HOUR_S, 3 * 24 * HOUR_S, 40 * 24 * HOUR_S])
+@pytest.mark.parametrize(
+    "end_s", [60.0, 900.0, 3600.0, 8 * HOUR_S, 3 * 24 * HOUR_S, 40 * 24 * HOUR_S, 50 * 365 * 24 * HOUR_S]
+)
 def test_times_on_the_timeline_do_not_overlap(end_s: float) -> None:
     talk = ((0.0, "said", "Rob", "Hi all, I am Rob"), (end_s, "said", "Rob", "Hi all, I am Rob"))
     found = read_shift(rows(talk), BOOK, plants(3), (BEGIN_S, BEGIN_S + end_s))

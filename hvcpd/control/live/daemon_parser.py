@@ -97,8 +97,7 @@ def _add_memory_commands(commands: Commands) -> None:
     transcript.add_argument("--follow", action="store_true", help="go on with new sentences, until interrupted")
     text = "describe a shift: who did what, and what went wrong"
     report = add_command(commands, "report", text, "live.report", "hvcpctl report --since 8h --html shift.html")
-    add_memory(report)
-    report.set_defaults(since="8h")
+    add_memory(report, since="8h")
     add_tasks(report)
     report.add_argument("--html", type=Path, metavar="FILE", help="also write it as a page")
 

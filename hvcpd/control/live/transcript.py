@@ -80,9 +80,9 @@ def since_wall_s(text: str | None, now_s: float) -> float:
         return float("-inf")
     ago = re.fullmatch(r"(\d{1,9}(?:\.\d{1,6})?)([smhd])", text)
     if ago:
-        return now_s - float(ago[1]) * _UNITS_S[ago[2]]
+        return max(now_s - float(ago[1]) * _UNITS_S[ago[2]], 0.0)
     try:
-        return datetime.fromisoformat(text).timestamp()
+        return max(datetime.fromisoformat(text).timestamp(), 0.0)
     except (ValueError, OverflowError, OSError):
         raise ConfigError(f"--since {text}: give how long ago, as 30m or 8h, or a time, as 2026-11-21T08:00") from None
 
