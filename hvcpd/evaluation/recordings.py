@@ -50,12 +50,16 @@ def read_list(folder: Path) -> list[Recording]:
         raise ConfigError(f"{path}: its first line must be: {','.join(COLUMNS)}")
     found: list[Recording] = []
     faults: list[str] = []
-    for number, row in enumerate(rows, 2):
+    lines: dict[tuple[Path, str, str], int] = {}
+    for row in rows:
         wrong = list(_wrong(row, folder))
-        faults += [f"{path}, line {number}: {fault}" for fault in wrong]
         if not wrong:
             distance_m, said = float(row["distance_m"]), int(row["said"])
-            found.append(Recording(folder / row["file"], distance_m, row["speaker"], row["listener"], said))
+            one = Recording(folder / row["file"], distance_m, row["speaker"], row["listener"], said)
+            before = lines.setdefault((one.path, one.speaker.lower(), one.listener.lower()), rows.line_num)
+            wrong = [f"the same calls are in line {before}; list them once"] if before != rows.line_num else []
+            found.append(one)
+        faults += [f"{path}, line {rows.line_num}: {fault}" for fault in wrong]
     if not faults and len({recording.distance_m for recording in found}) < 2:
         faults.append(f"{path}: give recordings from two distances at least")
     if faults:
@@ -88,12 +92,12 @@ def _book(listener: str, speaker: str) -> Phrasebook:
 
 
 def understood(recording: Recording) -> int:
-    """Number of calls of a recording that our recogniser understands. Raises AudioFileError."""
+    """Number of calls that our recogniser understands in a recording, more than were `said` if it also hears some where
+    nobody spoke, or if the list is wrong. Raises AudioFileError."""
     book = _book(recording.listener, recording.speaker)
     call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
     understood = sentences(make_speech_recogniser(book, (recording.speaker,), sound()), read_wav(recording.path))
-    calls = sum(e.words == book.render(call) for e in understood)
-    return min(calls, recording.said)
+    return sum(e.words == book.render(call) for e in understood)
 
 
 def analyse(folder: Path) -> Findings:
@@ -103,7 +107,15 @@ def analyse(folder: Path) -> Findings:
 
 
 def findings(recordings: Sequence[Recording], right: Sequence[int]) -> Findings:
-    """Shares by distance and the pivotal distance; `right`: number of calls understood in each recording."""
+    """Shares by distance and the pivotal distance; `right`: number of calls understood in each recording, of which as
+    many count as were said."""
+    surplus = [
+        f"In {recording.path.name} {n} calls from {recording.speaker} to {recording.listener} were understood and "
+        f"{recording.said} said; {recording.said} are counted. Listen to it, and check the list."
+        for n, recording in zip(right, recordings, strict=True)
+        if n > recording.said
+    ]
+    right = [min(n, recording.said) for n, recording in zip(right, recordings, strict=True)]
     distances = sorted({recording.distance_m for recording in recordings})
     steps = tuple(
         Step(
@@ -121,6 +133,7 @@ def findings(recordings: Sequence[Recording], right: Sequence[int]) -> Findings:
         (
             f"{sum(s.right for s in steps)} of {sum(s.n for s in steps)} recorded calls were understood; half "
             f"of them at {half.text()}. The paper's pivotal distance is {PAPER_PIVOT_M * 100:.0f} cm.",
+            *surplus,
         ),
         Table(("distance_m", "calls", "right", "share", "low", "high"), table),
         lambda figure: plots.against_distance(figure, series, "calls understood, %", PAPER_PIVOT_M),

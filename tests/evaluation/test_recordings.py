@@ -18,13 +18,14 @@ HEAD = "file,distance_m,speaker,listener,said\n"
 
 
 def listed(folder: Path, text: str) -> Path:
-    (folder / "a.wav").write_bytes(b"")
+    for name in ("a.wav", "c.wav"):
+        (folder / name).write_bytes(b"")
     (folder / LIST).write_text(text)
     return folder
 
 
 def test_a_list_is_read(tmp_path: Path) -> None:
-    listed(tmp_path, HEAD + "a.wav,0.5,Mia,Ted,20\na.wav,1.2,Mia,Ted,10\n")
+    listed(tmp_path, HEAD + "c.wav,0.5,Mia,Ted,20\na.wav,1.2,Mia,Ted,10\n")
     assert read_list(tmp_path)[1] == Recording(tmp_path / "a.wav", 1.2, "Mia", "Ted", 10)
 
 
@@ -33,7 +34,9 @@ def test_a_list_is_read(tmp_path: Path) -> None:
     [
         ("file,distance\n", ["first line"]),
         (HEAD, ["two distances"]),
-        (HEAD + "a.wav,1,Mia,Ted,20\na.wav,1,Mia,Ted,20\n", ["two distances"]),
+        (HEAD + "a.wav,1,Mia,Ted,20\nc.wav,1,Mia,Ted,20\n", ["two distances"]),
+        (HEAD + "a.wav,1,Mia,Ted,20\na.wav,2,mia,Ted,20\n", ["line 3: the same calls are in line 2"]),
+        (HEAD + "a.wav,1,Mia,Ted,20\n\na.wav,far,Ted,Mia,20\n", ["line 4: distance_m"]),
         (
             HEAD + "b.wav,1,Mia,Ted,20\na.wav,far,Mia,Ted,no\n",
             ["line 2: there is no file", "line 3: distance_m", "said is"],
@@ -62,6 +65,15 @@ def test_recordings_of_one_distance_are_added_up() -> None:
     found = findings(recordings, [20, 18, 3, 0])
     assert [row[:3] for row in found.table.rows] == [(1.0, 40, 38), (2.0, 20, 3), (4.0, 20, 0)]
     assert found.paragraphs[0].startswith("41 of 80 recorded calls were understood; half of them at 1.")
+
+
+def test_calls_beyond_those_said_do_not_count_and_are_told() -> None:
+    recordings = [Recording(Path(f"{at:g}.wav"), at, "Mia", "Ted", 3) for at in (1.0, 2.0)]
+    found = findings(recordings, [5, 1])
+    assert [row[:3] for row in found.table.rows] == [(1.0, 3, 3), (2.0, 3, 1)]
+    assert found.paragraphs[1:] == (
+        "In 1.wav 5 calls from Mia to Ted were understood and 3 said; 3 are counted. Listen to it, and check the list.",
+    )
 
 
 @pytest.mark.slow
