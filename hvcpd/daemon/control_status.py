@@ -26,6 +26,7 @@ from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.hardware.stop_button import StopButton
+from hvcpd.language.phrasebook import WORDS
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
@@ -129,6 +130,12 @@ def tasks_of(robot: Robot) -> list[dict[str, Any]]:
     """The board, as this robot knows it, by number."""
     entries = sorted(robot.coordination.board.entries(), key=lambda entry: entry.number)
     return [_task(entry, robot) for entry in entries]
+
+
+def words_of(robot: Robot) -> dict[str, list[str]]:
+    """What the task file adds to the sentences besides its tasks."""
+    vocabulary = robot.phrasebook.vocabulary
+    return {kind: list(getattr(vocabulary, kind)) for kind in WORDS}
 
 
 def _conversation(body: Body) -> dict[str, Any]:
@@ -260,6 +267,7 @@ def _task(entry: Entry, robot: Robot) -> dict[str, Any]:
         "number": definition.number,
         "name": definition.name,
         "icon": definition.icon,
+        "robots": definition.robots,
         "state": entry.state,
         "owner": entry.owner,
         "hearsay": entry.hearsay,

@@ -16,7 +16,7 @@ from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import NUMBER, PROTOCOL, RefusalError, Request, checked_arguments
 from hvcpd.daemon.control_server import Client, ControlServer
-from hvcpd.daemon.control_status import Body, status_of, tasks_of
+from hvcpd.daemon.control_status import Body, status_of, tasks_of, words_of
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
 from hvcpd.language.marks import without_mark
@@ -78,7 +78,7 @@ class RequestHandler:
 
     async def tasks(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
-        return {"now_s": round(robot.now, 3), "tasks": tasks_of(robot)}
+        return {"now_s": round(robot.now, 3), "tasks": tasks_of(robot), "words": words_of(robot)}
 
     async def say(self, arguments: Arguments, _client: Client) -> Result:
         text = arguments.get("text", "")

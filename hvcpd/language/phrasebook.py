@@ -66,6 +66,10 @@ class Vocabulary:
     """Kinds of forms that this team uses; each makes every listener's network larger."""
 
 
+WORDS = ("remarks", "failures", "places")
+"""Parts of a vocabulary that come from what the tasks do, and not from their names."""
+
+
 class Phrasebook:
     """Everything that can be said with a vocabulary: `parse(render(u)) == u` for every utterance of its forms.
 

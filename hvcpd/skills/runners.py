@@ -164,11 +164,8 @@ class ProgramRunner:
         with suppress(OSError):
             process = await starting
             await end_group(process)
-            if safe and process.returncode != 0:
-                last = await start(safe)
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(last.wait(), SAFE_S)
-                await end_group(last)
+            if safe and process.returncode != 0 and (wrong := await fault_of_running(safe)):
+                _log.error("not left safe", program=safe[0], reason=wrong)
         self._arm()
 
     def _arm(self, group: int | None = None, safe: tuple[str, ...] = ()) -> None:
@@ -183,6 +180,24 @@ class ProgramRunner:
 
     async def close(self) -> None:
         """Nothing is open between two calls."""
+
+
+async def fault_of_running(words: tuple[str, ...], within_s: float = SAFE_S) -> str | None:
+    """Run the program that leaves all safe. Returns why it has not done so; None if it ended well."""
+    try:
+        process = await start(words)
+    except OSError as error:
+        return error.strerror
+    try:
+        async with asyncio.timeout(within_s):
+            while await next_report(process, Reported(), lambda *_: None) is not None:
+                pass  # nobody else reads its output, and a full pipe would keep it waiting
+            status = await process.wait()
+    except TimeoutError:
+        return f"it was ended after {within_s:g} s"
+    finally:
+        await end_group(process)
+    return _status_text(status) if status else None
 
 
 async def shielded(last: Any) -> None:

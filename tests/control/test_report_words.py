@@ -18,19 +18,20 @@ TASKS = """tasks:
 
 
 class Answering:
-    """The other end of the socket: a robot with one task, of which it tells number, name and icon."""
+    """The other end of the socket: a robot with one task, of which it tells number, name and icon, and `more`."""
 
-    def __init__(self, task: str) -> None:
-        self._task = {"number": 1, "name": task, "icon": ""}
+    def __init__(self, task: str, words: dict[str, list[str]] | None = None, **more: object) -> None:
+        self._told: dict[str, Any] = {"tasks": [{"number": 1, "name": task, "icon": "", **more}]}
+        self._told |= {"words": words} if words is not None else {}
 
     def ask(self, request: str, **_: object) -> dict[str, Any]:
         settings = [{"key": "names", "value": ["Rob", "Bot"]}, {"key": "teams", "value": ["plant"]}]
-        return {"tasks": [self._task], "settings": settings}
+        return {**self._told, "settings": settings}
 
 
 @pytest.mark.parametrize(("task", "is_known"), [("make the tea", True), ("make the coffee", False)])
 def test_it_has_all_words_of_the_settings_if_the_tasks_are_the_same(tmp_path: Path, task: str, is_known: bool) -> None:
-    """A robot does not tell what its tasks have it say."""
+    """An older daemon does not tell what its tasks have it say."""
     (tmp_path / "tasks.yaml").write_text(TASKS)
     (tmp_path / "hvcpd.yaml").write_text("{name: Rob, names: [Rob, Bot], tasks: tasks.yaml}")
     options = argparse.Namespace(config=tmp_path / "hvcpd.yaml", tasks=None)
@@ -42,3 +43,23 @@ def test_it_has_all_words_of_the_settings_if_the_tasks_are_the_same(tmp_path: Pa
     else:
         with pytest.raises(PhraseError):
             book.parse_text("Hi all, I am Rob, the tea is ready")
+
+
+def test_a_robot_tells_all_words_of_its_own_tasks(tmp_path: Path) -> None:
+    """What its skills failed for, and its places, were no sentences; a task that two did together was done twice."""
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    (tmp_path / "hvcpd.yaml").write_text("{name: Rob, names: [Rob, Bot], tasks: tasks.yaml}")
+    options = argparse.Namespace(config=tmp_path / "hvcpd.yaml", tasks=None)
+    words = {"remarks": ["dinner is ready"], "failures": ["the pot is empty"], "places": ["kitchen"]}
+    book, (told,) = vocabulary_of(AskedRows(Answering("make the coffee", words, robots=2)), [], options)
+    for text in ("dinner is ready", "task one failed, the pot is empty", "the kitchen is free"):
+        book.parse_text(f"Hi all, I am Rob, {text}")
+    assert told.robots == 2
+
+
+def test_a_task_for_two_is_one_too_where_the_settings_have_it(tmp_path: Path) -> None:
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    (tmp_path / "hvcpd.yaml").write_text("{name: Rob, names: [Rob, Bot], tasks: tasks.yaml}")
+    options = argparse.Namespace(config=tmp_path / "hvcpd.yaml", tasks=None)
+    _, (told,) = vocabulary_of(AskedRows(Answering("make the tea", robots=2)), [], options)
+    assert told.robots == 2

@@ -92,7 +92,9 @@ def test_what_nobody_offers_is_left_to_others_and_taken_once_it_is_offered(tmp_p
         talk = await bench.connect()
         status = (await talk.ask("status"))["result"]
         assert status["skills"] == {"offered": [], "missing": ["pour"], "call": None}
-        assert (await talk.ask("tasks"))["result"]["tasks"][0]["unable"] is True
+        board = (await talk.ask("tasks"))["result"]
+        assert (board["tasks"][0]["unable"], board["tasks"][0]["robots"]) == (True, 1)
+        assert board["words"] == {"remarks": [], "failures": ["the tank is empty"], "places": []}
         assert not any("i will complete" in text for text in said(bench))
 
         async def watered() -> None:

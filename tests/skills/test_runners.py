@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from structlog.testing import capture_logs
 
 from hil_fakes.sound_server import wait_until
 from hvcpd.control.live.skills import until_ended
 from hvcpd.skills.life import MAX_RESULTS
 from hvcpd.skills.objects import PythonRunner
-from hvcpd.skills.runners import FailedError, ProgramRunner
+from hvcpd.skills.runners import FailedError, ProgramRunner, fault_of_running
 from tests.skills.calls import STOP_S, call, cancelled, met, perform, program_of, run, shell, until_gone
 
 STOPPED = "TD"
@@ -155,6 +156,33 @@ def test_the_program_that_leaves_all_safe_is_run_after_a_bad_end_only(tmp_path: 
     (tmp_path / "safe").unlink()
     perform(ProgramRunner(("true",), safe))
     assert not (tmp_path / "safe").exists()
+
+
+def test_the_program_that_leaves_all_safe_may_print_much(tmp_path: Path) -> None:
+    """It waited for somebody to read its output, and was killed before it had done anything."""
+    safe = ("sh", "-c", f"head -c 300000 /dev/zero; touch {tmp_path}/safe")
+    with capture_logs() as logs, pytest.raises(FailedError):
+        perform(ProgramRunner(("false",), safe))
+    assert (tmp_path / "safe").exists()
+    assert logs == []
+
+
+@pytest.mark.parametrize(
+    ("safe", "reason"),
+    [
+        (("/no/such",), "No such file or directory"),
+        (("sh", "-c", "exit 3"), "exit status 3"),
+        (("sh", "-c", "kill -9 $$"), "ended by signal 9"),
+    ],
+)
+def test_a_failure_to_leave_all_safe_is_logged(safe: tuple[str, ...], reason: str) -> None:
+    with capture_logs() as logs, pytest.raises(FailedError, match="exit status 1"):
+        perform(ProgramRunner(("false",), safe))
+    assert logs == [{"event": "not left safe", "log_level": "error", "program": safe[0], "reason": reason}]
+
+
+def test_a_program_that_leaves_all_safe_too_slowly_is_ended() -> None:
+    assert run(fault_of_running(("sleep", "60"), within_s=0.05)) == "it was ended after 0.05 s"
 
 
 def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:

@@ -9,8 +9,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import closing
 
-from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.tasks import TaskDefinition, TaskRepository
+from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, ConfigError, writing
@@ -48,9 +47,7 @@ def vocabulary_of(
     tasks = reader.tasks() if isinstance(reader, AskedRows) else team.tasks.tasks
     if not isinstance(reader, AskedRows) or _named(tasks) == _named(team.tasks.tasks):
         return team.phrasebook, tasks
-    names, teams = reader.names_and_teams()
-    known = {name.lower(): name for name in (*speakers, *names)}
-    return make_phrasebook(tuple(known.values()), teams, TaskRepository(tasks), sealed=True), tasks
+    return Phrasebook(reader.vocabulary(speakers)), tasks
 
 
 def _named(tasks: Iterable[TaskDefinition]) -> dict[int, str]:

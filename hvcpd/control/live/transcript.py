@@ -7,7 +7,7 @@ import json
 import re
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing, suppress
 from dataclasses import asdict
 from datetime import datetime
@@ -17,6 +17,8 @@ from typing import Any
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, lenient_settings
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
+from hvcpd.language.forms import SEALED_KINDS
+from hvcpd.language.phrasebook import WORDS, Vocabulary
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
 from hvcpd.reporting.text import clean, seal_words
 
@@ -43,14 +45,27 @@ class AskedRows:
             found += [_row(each) for each in page]
 
     def tasks(self) -> tuple[TaskDefinition, ...]:
-        """The numbers, names and icons of the robot's tasks, which need not be those of the settings here."""
+        """What can be said and counted of the robot's tasks, which need not be those of the settings here."""
         found = self._daemon.ask("tasks")["tasks"]
-        return tuple(TaskDefinition(each["number"], each["name"], None, (), each["icon"]) for each in found)
+        return tuple(
+            TaskDefinition(each["number"], each["name"], None, (), each["icon"], robots=each.get("robots", 1))
+            for each in found
+        )
 
-    def names_and_teams(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Those of the robot's settings."""
+    def vocabulary(self, speakers: Iterable[str]) -> Vocabulary:
+        """The robot's words, with the names of `speakers`; of an older daemon without those of `WORDS`."""
+        told = self._daemon.ask("tasks")
         settings = {each["key"]: each["value"] for each in self._daemon.ask("config")["settings"]}
-        return tuple(settings["names"]), tuple(settings["teams"])
+        names = {name.lower(): name for name in (*speakers, *settings["names"])}
+        words = {kind: tuple(told.get("words", {}).get(kind, ())) for kind in WORDS}
+        return Vocabulary(
+            tuple(names.values()),
+            tuple(settings["teams"]),
+            tuple(each["name"] for each in told["tasks"]),
+            tuple(each["number"] for each in told["tasks"]),
+            **words,
+            kinds=SEALED_KINDS,
+        )
 
     def close(self) -> None:
         """Close the connection."""
