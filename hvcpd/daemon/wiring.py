@@ -16,6 +16,7 @@ from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, Se
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.document import place_of
+from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
@@ -139,6 +140,8 @@ class Wiring:
             if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
                 continue
             try:
+                if (wrong := valid_robot_name(name)) is not None:  # a failing card has changed it
+                    raise PhraseError(wrong)
                 self._phrasebook((*names, name))
             except PhraseError as error:
                 _log.warning("name forgotten", name=name, reason=str(error))

@@ -10,7 +10,7 @@ from typing import cast
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveTask
 from hvcpd.memory.recent import OfTask, Recent
-from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
+from hvcpd.memory.store import YEAR_9999_S, PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 from hvcpd.robot.records import (
     DoubtRecord,
     GarbledRecord,
@@ -108,7 +108,7 @@ class Journal:
     @property
     def dues(self) -> dict[int, float]:
         """The due time of the last completed occurrence of each recurring task, s since 1970, by number."""
-        return {number: float(due_s) for number, due_s in self._counted(DUE).items()}
+        return {number: float(due_s) for number, due_s in self._counted(DUE).items() if 0 <= due_s < YEAR_9999_S}
 
     @property
     def changes(self) -> dict[int, tuple[int, bool]]:
@@ -119,8 +119,8 @@ class Journal:
         tasks = self._store.tasks()
         others = self._names.keys() - {task.number for task in tasks}
         now = self._numbers_now(tasks) | {number: number for number in others}
-        found = {name.removeprefix(what): n for name, n in self._store.counters().items() if name.startswith(what)}
-        return {now[int(number)]: n for number, n in found.items() if int(number) in now}
+        counters = self._store.counters()
+        return {now[number]: counters[f"{what}{number}"] for number in now if f"{what}{number}" in counters}
 
     @property
     def counters(self) -> dict[str, int]:

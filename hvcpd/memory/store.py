@@ -31,7 +31,7 @@ IDENTITY = "identity"
 _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
 """SQLite's clock in seconds since 1970: for people who ask about this morning's talk; the robot itself never does."""
 
-_YEAR_9999_S = 253_000_000_000
+YEAR_9999_S = 253_000_000_000
 """No Python has a date after it; such a time in a file is as good as none."""
 
 
@@ -270,7 +270,7 @@ class TranscriptReader:
         """The first `limit` utterances (-1: all) with numbers over `after`, written at `since_wall_s` or later, in the
         order they were kept."""
         query = (
-            f"SELECT id, CASE WHEN wall_s BETWEEN 0 AND {_YEAR_9999_S} THEN wall_s END, "
+            f"SELECT id, CASE WHEN wall_s BETWEEN 0 AND {YEAR_9999_S} THEN wall_s END, "
             "at_s, kind, speaker, text, confidence, seal FROM transcript "
             "WHERE id > ? AND coalesce(max(wall_s, 0), 0) >= ? ORDER BY id LIMIT ?"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SaveTask
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
+from hvcpd.memory.store import Store
 from hvcpd.robot.records import Record
 
 
@@ -49,6 +51,16 @@ def live(wiring: Wiring, *records: Record, killed: bool = False) -> MemoryPlan:
         return plan
 
     return asyncio.run(asyncio.wait_for(life(), 20.0))
+
+
+def test_counters_that_a_failing_card_has_changed_are_left_out(wiring: Wiring) -> None:
+    """The file passes SQLite's check, and the daemon ended with a traceback at every start."""
+    live(wiring, SaveTask(1, "done", "Rob"), SaveDue(1, 1.7e9), SaveChange(1, 3, False))
+    with closing(Store(wiring.settings.memory_path)) as store:
+        for name, value in (("due q", 3), ("change ", 3), ("due 2", 2**62), ("due 3", -1)):
+            store.set_counter(name, value)
+    plan = live(wiring)
+    assert (plan.dues, plan.changes) == ({1: 1.7e9}, {1: (3, False)})
 
 
 @pytest.mark.parametrize("killed", [False, True])

@@ -70,6 +70,12 @@ def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
     assert wiring.plan(heard=("Zorg", "rob", "all")).team.names == ("Rob", "Bot", "Zorg")
 
 
+def test_what_cannot_be_a_name_is_forgotten(tmp_path: Path) -> None:
+    """A failing card had made it one of 5,000 letters, and the daemon never got beyond its sound."""
+    wiring = wire_up(Settings(name="Rob", state_dir=tmp_path))
+    assert wiring.names_with(("", "Zo\x1be", "Zorg" * 10, "Zorg")) == ("Rob", "Bot", "Zorg")
+
+
 def test_no_wheels_by_the_settings() -> None:
     assert make_wheels(WheelSettings(driver="none")) is None
     assert make_wheels(WheelSettings()) is not None
