@@ -16,7 +16,7 @@ from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, Se
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.document import place_of
-from hvcpd.config.names import valid_robot_name
+from hvcpd.config.names import MAX_NAME_LENGTH, valid_robot_name
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
@@ -144,7 +144,7 @@ class Wiring:
                     raise PhraseError(wrong)
                 self._phrasebook((*names, name))
             except PhraseError as error:
-                _log.warning("name forgotten", name=name, reason=str(error))
+                _log.warning("name forgotten", name=name[:MAX_NAME_LENGTH], reason=str(error))
             else:
                 names = (*names, name)
         return names

@@ -79,7 +79,7 @@ def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:
 
 def _who(card: Card) -> Markup:
     teams = dict(card.words).get("TEAM", ())
-    return joined([_names(card), *([f" · team {listed(teams)}"] if teams else [])])
+    return joined([_names(card), *([f" · team{'s' * (len(teams) > 1)} {listed(teams)}"] if teams else [])])
 
 
 def _names(card: Card) -> Markup:

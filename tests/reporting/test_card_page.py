@@ -14,9 +14,11 @@ from tests.reporting.shift_example import flower_tasks
 from tests.reporting.shown import Shown
 
 
-def page(*names: str, tasks: tuple[str, ...] = ("water the red rose",), icon: str = "") -> str:
+def page(
+    *names: str, tasks: tuple[str, ...] = ("water the red rose",), icon: str = "", teams: tuple[str, ...] = ("plant",)
+) -> str:
     numbers = tuple(range(1, len(tasks) + 1))
-    card = make_card(Phrasebook(Vocabulary(names, ("plant",), tasks, numbers)))
+    card = make_card(Phrasebook(Vocabulary(names, teams, tasks, numbers)))
     defined = [TaskDefinition(n, name, None, (Wait(1.0),), icon) for n, name in zip(numbers, tasks, strict=True)]
     return card_page(card, defined)
 
@@ -28,6 +30,13 @@ def test_the_page_has_a_card_for_the_wall_and_eight_for_the_pocket() -> None:
     assert written.count('<svg class="icon"') == 1, "the task's mark"
     for words in ("“Stop”", "come back", "please", "half a metre", "report"):
         assert words in written
+
+
+@pytest.mark.parametrize(
+    ("teams", "words"), [(("plant",), " · team plant<"), (("plant", "a", "b"), " · teams plant, a and b<")]
+)
+def test_the_wall_names_the_team_or_the_teams(teams: tuple[str, ...], words: str) -> None:
+    assert words in page("Rob", "Bot", teams=teams)
 
 
 def test_a_screen_reader_reads_one_of_the_pocket_cards() -> None:
