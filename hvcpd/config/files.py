@@ -73,6 +73,14 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def require_place(path: Path) -> None:
+    """Raises OSError where no file of this name can be written: there is no folder for it, or it is one. To be called
+    before work whose result would be lost."""
+    number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
+    if number:
+        raise OSError(number, os.strerror(number), str(path))
+
+
 def make_folder(folder: Path) -> None:
     """Make the folder, and those above it, if need be. Raises OSError.
 

@@ -81,6 +81,16 @@ def test_too_few_or_too_many_robots_are_refused(robots: str, fault: str, capsys:
     assert fault in capsys.readouterr().err
 
 
+def test_a_page_that_cannot_be_written_is_told_before_words_are_rendered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was told after minutes of work."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert main(["playground", "--robots", "Zed,Ida", "-o", str(tmp_path / "none" / "page.html")]) == 2
+    assert "there is no folder" in capsys.readouterr().err
+    assert not (tmp_path / "cache").exists()
+
+
 def test_the_robots_are_those_of_the_settings(tmp_path: Path) -> None:
     """They were Rob, Bot and Mia, whoever the team was."""
     (tmp_path / "hvcpd.yaml").write_text("name: Bot\nnames: [Bot, Rob]\n")

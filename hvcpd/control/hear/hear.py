@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import math
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,9 +15,10 @@ import numpy as np
 
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
+from hvcpd.config.files import require_place, write_whole
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.control.simulate.team import Team
-from hvcpd.errors import AudioFileError, unwritable, writing
+from hvcpd.errors import AudioFileError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
 from hvcpd.people.second_pass import Found
@@ -96,13 +95,11 @@ def _check_plot(path: Path, samples: Samples) -> None:
     from hvcpd.reporting.hearing_plot import check_drawable
 
     check_drawable(samples)
-    number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
-    if number:
-        raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")
+    with writing(path, AudioFileError, "--plot: "):
+        require_place(path)
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
-    from hvcpd.config.files import write_whole
     from hvcpd.reporting.hearing_plot import hearing_png
 
     png = hearing_png(samples, events, title)
