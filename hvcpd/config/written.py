@@ -18,14 +18,14 @@ _INCHES = re.compile('[^"]*[0-9](")')
 
 _UNITS = {
     "mm": "millimetre", "cm": "centimetre", "m": "metre", "km": "kilometre", "mg": "milligram", "g": "gram",
-    "kg": "kilogram", "ml": "millilitre", "mL": "millilitre", "l": "litre", "ms": "millisecond",
+    "kg": "kilogram", "ml": "millilitre", "mL": "millilitre", "l": "litre", "L": "litre", "ms": "millisecond",
     "s": "second", "min": "minute", "h": "hour", "mV": "millivolt", "V": "volt", "mA": "milliamp",
     "mAh": "milliamp hour", "Ah": "amp hour", "W": "watt", "kW": "kilowatt", "Wh": "watt hour",
     "kWh": "kilowatt hour", "dB": "decibel", "kB": "kilobyte", "MB": "megabyte", "GB": "gigabyte", "lb": "pound",
-    "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "dl": "decilitre", "hPa": "hectopascal",
-    "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard", "sec": "second", "secs": "second",
-    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece",
-    "TB": "terabyte",
+    "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "cL": "centilitre", "dl": "decilitre",
+    "dL": "decilitre", "hPa": "hectopascal", "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard",
+    "sec": "second", "secs": "second", "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon",
+    "tbsp": "tablespoon", "pcs": "piece", "TB": "terabyte",
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""
@@ -91,7 +91,9 @@ _DECADES = "hundreds tens twenties thirties forties fifties sixties seventies ei
 _MANY = {"10": "tens", "100": "hundreds", "1000": "thousands"}
 _SO_MANY = re.compile(r"(?<![\w.,-])(10|100|1000)s(?= of\b)")
 _GROUPED = re.compile(r"(?<=\d) (?=000\b)")
-"""Thousands apart, as 20 000."""
+"""Thousands apart, as 20 000; not 2 500 ml, which may be two bottles."""
+_HOURS = re.compile(r"(?<![\w.,:–—-])(\d{1,2})h([0-5]\d)(?:m|min)?\b")
+"""1h30 and 1h30min."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
 _UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
 _DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
@@ -193,6 +195,7 @@ _NUMBERS: tuple[_Replacement, ...] = (
     (_DOTTED, r"\1:"),
     (_RANGE, _range),
     (_CLOCK, _time),
+    (_HOURS, r"\1 h \2 min"),
     (_GLUED, r"\1 "),
     (_UNIT, _quantity),
 )

@@ -27,8 +27,9 @@ MAX_DIGITS = len(str(NUMBER_MAX))
 """Of a number that is said as one: in 007 the zeros count."""
 
 _ORDINAL = re.compile("([0-9]{1,4})(?:st|nd|rd|th)")
-_ROUND = re.compile("([1-9][0-9]??)(000|00)")
-"""Numbers that are said as such: 100, 1500, 20000. Others above NUMBER_MAX are rooms, years and the like."""
+_ZEROS = {"00": ("hundred",), "000": ("thousand",), "00000": ("hundred", "thousand"), "000000": ("million",)}
+_ROUND = re.compile(f"([1-9][0-9]??)({'|'.join(_ZEROS)})")
+"""Numbers that are said as such: 100, 1500, 20000, 100000. Others above NUMBER_MAX are rooms, years and the like."""
 _BEFORE_AM = frozenset((*_UNITS, *_TENS))
 """Where "am" follows, it is a time of day and no verb."""
 _TOKEN = re.compile(r"[a-z0-9']+")
@@ -89,7 +90,7 @@ def spoken_as(text: str | None, choices: Iterable[str]) -> str | None:
 
 def _round_words(word: str) -> tuple[str, ...]:
     found = _ROUND.fullmatch(word)
-    return (*number_words(int(found[1])), "hundred" if found[2] == "00" else "thousand") if found else (word,)
+    return (*number_words(int(found[1])), *_ZEROS[found[2]]) if found else (word,)
 
 
 def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
