@@ -49,10 +49,8 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     """Another speaker wants a change, or passes one on."""
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if entry is None:
-        if s.count is None and speaker is not None:
-            slot = UNSURE_SLOTS + me.rank(speaker, 0, now)  # others may know the task
-            topic, words = f"answer {speaker}", m.Unknown(s.task)
-            composing.answer(me, speaker, topic, words, now, slot, call=speaker, tentative=True)
+        if s.count is None:
+            _do_not_know(me, speaker, s.task, now)
         return
     if s.count is not None:
         _compare(me, heard, entry, s.skip, s.count)
@@ -70,6 +68,14 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         if speaker is not None and has_read_back:
             claims.contend(me, heard, speaker, (s.task,), not entry.is_shared)
         _answer(me, speaker, entry, now)
+
+
+def _do_not_know(me: Knowledge, name: str | None, ref: m.TaskRef, now: float) -> None:
+    """Tell a speaker that asks all for a task, unless another robot knows it, or says so first."""
+    if name is not None:
+        slot = UNSURE_SLOTS + me.rank(name, 0, now)
+        words = commands.not_known(ref)
+        composing.answer(me, name, f"answer {name}", words, now, slot, call=name, tentative=True)
 
 
 def take_order(me: Knowledge, now: float) -> None:
@@ -96,12 +102,14 @@ def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:
 
 
 def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
-    """An order to all robots means that one of them is to do the task once more."""
+    """An order to all robots means that one of them is to do the task, once more if it was done."""
     entry = me.board.find(s.task)
     if isinstance(heard.to, m.ToRobot):
         commands.order(me, heard, s)
-    elif entry is not None and entry.state == DONE:
+    elif entry is not None:
         changed(me, heard, m.Change(m.TaskByNumber(entry.number)))
+    else:
+        _do_not_know(me, heard.speaker, s.task, heard.now)
 
 
 def _is_applied(entry: Entry, skip: bool) -> bool:

@@ -75,7 +75,7 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
     if in_name_conflict(me, now):
         return m.NameTaken()
     if entry is None:
-        return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
+        return not_known(task)
     has_failed = me.role.name in entry.failed_by and not entry.known_done  # another request is another attempt
     if me.role.coordinator or has_failed or entry.number in me.role.unable:
         return m.Unable(task)
@@ -83,6 +83,11 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
         return m.Stopped()
     has_others = len(entry.team) == entry.definition.robots > 1 and me.role.name not in entry.team
     return None if me.state in FREE and not has_others else m.Busy()
+
+
+def not_known(task: m.TaskRef) -> m.Unknown | m.Unable:
+    """That this robot has no such task. One that it can name is listed as a task that others may speak of."""
+    return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
 
 
 def _answer(me: Knowledge, name: str | None, statement: m.Statement, now: float) -> None:
