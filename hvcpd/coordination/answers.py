@@ -47,6 +47,8 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             fire(me, Trigger.CONFIRMED, heard.now)
     elif s.complete:
         _note_told(me, heard, heard.speaker, s)
+    else:
+        teaming.forget_part(me, s.tasks)
 
 
 def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> None:

@@ -9,7 +9,7 @@ and the task is open again. Each robot reports its own part; the last report com
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 
 from hvcpd.coordination import composing
@@ -47,7 +47,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         me.reconsider(now)
         return
     is_member = other in entry.team
-    if not is_member and (other in entry.parts or not entry.has_room):
+    if not is_member and not entry.has_room:
         me.current.rivals |= {other}
         if other_at_work or me.state in AT_WORK or entry.owner == me.role.name:
             _tell(me, other, m.Negative(), number, now)
@@ -66,7 +66,6 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
             _tell(me, other, m.Claim(m.TaskByNumber(number)), number, now)  # this robot is coming
     elif me.state is State.ACTING and is_member:  # the other robot has started again
         leave(me, number, now)
-        me.board.claim(number, other, now + me.timing.unconfirmed_lease_s)
     elif not is_coming and (me.state in AT_WORK or _decides(me, entry, other)):
         me.board.claim(number, other, me.lease_end_s(now))
         _agree(me, other, number, now)
@@ -150,6 +149,13 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
             _agree(me, other, number, now, begins=True)
         settle(me, now)
     return True
+
+
+def forget_part(me: Knowledge, refs: Iterable[m.TaskRef]) -> None:
+    """Another robot has heard that this one did its part of these tasks some time ago, and does not say that they are
+    complete: the others have not done theirs, and all begin again."""
+    for entry in me.board.known(refs):
+        entry.parts_before -= {me.role.name}
 
 
 def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> None:

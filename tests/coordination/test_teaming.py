@@ -317,3 +317,21 @@ def test_two_that_leave_each_other_alone_with_a_task_for_two_do_not_take_each_ot
     kim.heard(m.Utterance("Max", m.ToAll(), None, m.Failed(m.TaskByNumber(1))), 10.0)
     assert not kim.board[1].failed_by
     assert not kim.board[1].team
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_has_called_in_vain_joins_at_once_who_calls(seed: int) -> None:
+    """It waited for its own next call: for up to two hours both called in turn."""
+    plan = WordPlan(NAMES[:2], shared(1), seed, outages=(Outage("Bot", 15.0, 400.0),))
+    assert WordMission(plan).run().ended_s < 500.0
+
+
+def test_who_is_at_a_task_for_two_does_its_part_whatever_a_third_believes() -> None:
+    """The third may know an earlier part of the robot's, and take it with the other's for the whole."""
+    rob = Coordination(Role("Rob", "plant", roster=NAMES), shared(1), random.Random(1))
+    for name in NAMES[:2]:
+        rob.board.claim(1, name, 250.0)
+    rob.knowledge.state, rob.knowledge.current.task = State.CHECKING, 1
+    rob.knowledge.current.promised = frozenset({"Bot"})
+    rob.heard(m.Utterance("Max", m.ToRobot("Bot"), None, m.Confirmed(m.TaskByNumber(1), complete=True)), 10.0)
+    assert rob.state is State.ACTING
