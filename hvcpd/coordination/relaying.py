@@ -72,8 +72,7 @@ def overheard(me: Knowledge, heard: Heard) -> None:
         return
     pair, message = frozenset((speaker.lower(), to.lower())), (speaker.lower(), to.lower(), said)
     times, passed_on_s = me.relays.passed_on.get(message, (0, NEVER_S))
-    just_passed_on = now - passed_on_s < 2.0 * ANSWER_S  # a repetition: its speaker has no answer yet
-    if me.floor.wants(_topic(to, speaker)) and not just_passed_on:
+    if me.floor.wants(_topic(to, speaker)):
         me.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
         me.relays.apart.pop(pair, None)
     apart = are_apart(me.relays, pair, now)

@@ -175,3 +175,15 @@ def test_a_bid_is_said_and_confirmed_as_people_read_it() -> None:
         assert mission.exactly_once
         texts += mission.written()
     assert "Hi Ada, I am Zoe, I will complete task one, one metre" in texts
+
+
+def test_a_task_that_is_done_on_the_spot_is_near() -> None:
+    """Its number may have been misheard: nobody states a way to it."""
+    zoe = Coordination(
+        Role("Zoe", "plant", nearest_first=True, roster=NAMES), (replace(FAR[0], place=None),), random.Random(1)
+    )
+    zoe.sensed(here=Place(3.0, 0.0))
+    zoe.knowledge.state = State.READY
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=4))
+    said, _ = next_said(zoe)
+    assert isinstance(said.statement, m.Claim)

@@ -361,3 +361,14 @@ def test_who_inferred_that_a_task_is_done_does_not_contradict_the_robot_that_lea
     rob.heard(book.parse_text("Hi all, I am Anna, skip task three, change one"), 5.0)
     assert not rob.board[3].skipped
     assert rob.board[3].change == 1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_all_together_repeat_a_change_a_few_times(seed: int) -> None:
+    """Each repeated it as often as if nobody else did: four robots said it up to fifteen times."""
+    mission = Mission((*NAMES, "Zoe"), plants(6), ("Anna",), seed=seed)
+    for at_s in (20.0, 40.0):  # she may be talked over
+        said_by_anna(mission, at_s, 6, skip=True)
+    run_until(mission, LATER_S)
+    said = [u for _, speaker, u in mission.said if speaker != "Anna" and isinstance(u.statement, m.Change)]
+    assert 2 <= len(said) <= 8

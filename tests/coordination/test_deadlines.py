@@ -66,3 +66,15 @@ def test_what_it_is_unsure_of_next_it_asks_as_soon_as_ever() -> None:
     robot.board.claim(1, "Bot", LATER_S)
     robot.tick(NOW_S)
     assert (missed.asked, missed.left_out_asks) == (0, 0)
+
+
+@pytest.mark.parametrize("confirmed", [True, False])
+def test_who_is_confirmed_for_another_task_has_done_its_first_if_that_was_heard_surely(confirmed: bool) -> None:
+    """Its report was missed, and it would count as at work until its lease is over; but the number of a claim that
+    nobody confirms may have been misheard."""
+    kim, (one, two) = Coordination(Role("Kim", "plant"), plants(2), random.Random(1)), map(m.TaskByNumber, (1, 2))
+    for at_s, ref in ((0.0, one), (60.0, two)):
+        kim.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(ref)), at_s)
+        if confirmed or ref is two:
+            kim.heard(m.Utterance("Max", m.ToRobot("Rob"), None, m.Confirmed(ref)), at_s + 5.0)
+    assert kim.board.hearsay() == ((1,) if confirmed else ())

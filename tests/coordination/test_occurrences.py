@@ -274,3 +274,15 @@ def test_what_another_robot_reports_is_no_number_for_ones_own_work() -> None:
     count = (coming - 1) % 9 + 1
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Completed(m.TaskByNumber(1), count=count)), now)
     assert bot.board[1].change == 0
+
+
+def test_who_has_just_done_what_it_heard_become_due_does_not_do_it_again_once_it_hears_the_number() -> None:
+    """It knew no number, and took the one that Rob told it for another occurrence."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"], mission.air.now
+    entry = bot.board[1]
+    entry.change, entry.acted_s, entry.opened_s = 0, now - 60.0, now - 100.0
+    for at_s in (now, now + 30.0):
+        bot.heard(m.Utterance("Rob", m.ToAll(), None, again(7)), at_s)
+    assert entry.known_done
+    assert entry.change == 7

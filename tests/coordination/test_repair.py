@@ -169,3 +169,15 @@ def test_one_misheard_name_is_no_conflict() -> None:
     mission.run()
     assert mission.exactly_once
     assert not any("taken" in t for t in mission.written())
+
+
+def test_who_asks_to_say_again_waits_for_that_before_it_repeats_itself() -> None:
+    """Half a second after "say again" it would talk over who answers."""
+    mission, robot = _ordered()
+    began_s = mission.air.now
+    robot.garbled(False, began_s)
+    mission.air.refresh()
+    mission.air.run_until(began_s + 20.0)
+    (asked_s, _, asked), (repeated_s, _, _), *_ = [each for each in mission.said if each[0] >= began_s]
+    assert asked.statement == m.SayAgain()
+    assert repeated_s - asked_s > 7.0
