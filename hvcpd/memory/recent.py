@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
 from hvcpd.coordination.actions import SaveChange, SaveDue, SaveTask
+from hvcpd.memory.store import YEAR_9999_S
 
 OfTask = SaveTask | SaveDue | SaveChange
-_KINDS = {kind.__name__: kind for kind in (SaveTask, SaveDue, SaveChange)}
 
 
 class Recent:
@@ -34,8 +34,7 @@ class Recent:
         try:
             found = json.loads(self._path.read_bytes())
             left = found["records"] if found["memory"] == self._memory else []
-            known = [(now[name], _KINDS[kind], values) for name, kind, *values in left if name in now]
-            records = [kind(number, *values) for number, kind, values in known]
+            records = [_record(now[name], kind, values) for name, kind, *values in left if name in now]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return []  # other robots can tell most of it
         self._records = {(type(record), names[record.number]): record for record in records}
@@ -50,3 +49,15 @@ class Recent:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             json.dump({"memory": self._memory, "records": lines}, file)
         partial.replace(self._path)
+
+
+def _record(number: int, kind: str, values: Sequence[object]) -> OfTask:
+    """Raises ValueError if these are not the values of such a record."""
+    match kind, *values:
+        case "SaveTask", "open" | "claimed" | "done" as state, str() | None as owner:
+            return SaveTask(number, state, owner)
+        case "SaveDue", int() | float() as due_s if 0 <= due_s < YEAR_9999_S:
+            return SaveDue(number, due_s)
+        case "SaveChange", int() as count, bool() as skipped if 0 <= count < YEAR_9999_S:  # SQLite has room for it
+            return SaveChange(number, count, skipped)
+    raise ValueError(kind)

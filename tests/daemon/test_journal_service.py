@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import sqlite3
 import time
@@ -162,6 +163,25 @@ def test_what_is_recent_belongs_to_one_memory(tmp_path: Path) -> None:
     again.keep([SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)], names)
     assert Recent(path, 1).left(names) == [SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)]
     path.write_bytes(b"[")
+    assert Recent(path, 1).left(names) == []
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        ["SaveTask", "dome", "Bot"],
+        ["SaveTask", "done", 5],
+        ["SaveDue", "soon"],
+        ["SaveDue", 1e400],
+        ["SaveChange", 10**30, True],
+        ["SaveChange", 1],
+        ["SaveWorld", 1],
+    ],
+)
+def test_what_is_recent_and_no_record_is_left_out(tmp_path: Path, record: list[object]) -> None:
+    """The daemon ended with a traceback at every start."""
+    path, names = tmp_path / "rob.recent", {1: "water the rose"}
+    path.write_text(json.dumps({"memory": 1, "records": [["water the rose", *record]]}))
     assert Recent(path, 1).left(names) == []
 
 
