@@ -15,14 +15,13 @@ from tests.recognition.hisses import BOOKS
 GREETING = Onset(0, greeting=True)
 
 
-def stretch(continues: OpenSegment | None = None) -> OpenSegment:
+def stretch(continues: bool = False) -> OpenSegment:
     return OpenSegment(0, 0, CUT_AGAIN_AFTER, end_hidden=True, continues=continues)
 
 
 @pytest.mark.parametrize("since", [None, 9_000])
 def test_another_greeting_does_not_delay_the_search_for_a_sentence_in_progress(since: int | None) -> None:
-    before = stretch()
-    follows = stretch(before)
+    follows = stretch(continues=True)
     follows.note_onset(GREETING, 10_000, 6_000, since)
     assert (follows.cut_at, follows.end_hidden) == (CUT_AGAIN_AFTER, True)
 
@@ -39,9 +38,9 @@ def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> No
 def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
     loud, faint = stretch(), stretch()
     for at in range(0, 32_000, 400):
-        loud.note_sign(at, at + 400, clatters=False)
+        loud.note_sign(at, at + 400)
         if at % 1_600 == 0:
-            faint.note_sign(at, at + 400, clatters=False)
+            faint.note_sign(at, at + 400)
     assert loud.is_over(32_000 + QUIET)
     assert not faint.is_over(32_000 + QUIET)
 

@@ -9,6 +9,7 @@ windows: a detector of constant false-alarm rate (M. Richards, "Fundamentals of 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -146,12 +147,12 @@ class OpenSegment:
 
     begin: int
     end: int
-    cut_at: int
+    cut_at: int = sys.maxsize
     """The sample at which it is cut."""
     end_hidden: bool = False
     """Whether signs of speech do not show its end, since noise hides it or other sound goes on after it."""
-    continues: OpenSegment | None = None
-    """The segment before the cut at which it begins, if a sentence was or may be in progress there."""
+    continues: bool = False
+    """Whether a sentence was in progress at the end of the segment before."""
     first_sign: int | None = None
     sign_samples: int = 0
     """Number of samples with signs of speech, the first of which was `first_sign`."""
@@ -181,26 +182,21 @@ class OpenSegment:
         """The sample at which the first of the paths in progress began. Raises ValueError if there is none."""
         return min(path.starts[0] for path in self.in_progress)
 
-    def note_sign(self, at: int, now: int, clatters: bool) -> None:
-        """Note signs of speech from sample `at` up to `now`; `clatters`: they count as clatter."""
+    def note_sign(self, at: int, now: int) -> None:
+        """Note signs of speech from sample `at` up to `now`."""
         self.end = now
         self.sign_samples += now - at
         if self.first_sign is None:
             self.first_sign = at
-        if clatters and not self.end_hidden and not self.greeted:
-            self.end_hidden, self.cut_at = True, min(self.cut_at, now + CUT_AGAIN_AFTER)
 
     def note_onset(self, found: Onset, at: int, begin: int, since: int | None) -> None:
         """Note an onset at sample `at`, and not before `begin`; `since`: there have been signs of speech since this
         sample; None: there are none."""
         self.begin = min(self.begin, begin)
         self.greeted = self.greeted or found.greeting
-        if self.continues is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
-            self.cut_at = min(self.cut_at, at + CUT_AFTER)
-        elif since is not None and abs(since - at) <= SIGN_LAG:
-            self.end_hidden, self.cut_at = False, at + CLATTER
-        else:
-            self.end_hidden, self.cut_at = True, at + CUT_AFTER
+        shown = since is not None and abs(since - at) <= SIGN_LAG
+        if not self.continues:  # a sentence in progress is searched soon, whatever sounds like another greeting
+            self.end_hidden, self.cut_at = not shown, at + (CLATTER if shown else CUT_AFTER)
 
     def is_over(self, now: int) -> bool:
         """Whether the speaker has surely ended."""

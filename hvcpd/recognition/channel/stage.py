@@ -84,10 +84,11 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         segment.result = result
         whole = [each for each in result.sentences if each.start_sample >= segment.whole_from]
         found = [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
-        if self._open is None and result.in_progress and result.in_progress[0].end > segment.end:
-            self._open_after(segment)
-        elif self._open is not None and self._open.continues is segment:
-            self._open.cut_at = min(self._open.cut_at, result.sure_at)
+        going_on = result.in_progress
+        if going_on and ((segment.job is not None and segment.job.cut) or going_on[0].end > segment.end):
+            self._open = self._open or OpenSegment(segment.closed_at, segment.closed_at)
+            self._open.continues = self._open.end_hidden = True
+            self._open.cut_at = min(segment.closed_at + CUT_AGAIN_AFTER, result.sure_at)
         return found
 
     def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
@@ -116,24 +117,26 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if self.first_pass.possible_speech:
             self._since = self._began if self._since is None else self._since
             self._last_sign = self._now
-            self._note_sign()
+            self._note_sign(self._since)
         elif self._now - self._last_sign >= QUIET:
             self._since = None
         self._note_onset()
         if self._open is not None:
-            self._close_if_due(self._open)
+            if self._open.is_over(self._now):
+                self._close()
+            elif self._now >= self._open.cut_at:
+                self._close(cut=True)
         elif self._searched_at is not None and self._now - self._searched_at >= HISTORY_SAMPLES:
             self._searched_at = None
             self._searcher.free_memory()
 
-    def _note_sign(self) -> None:
-        """Note a sign of speech in the newest block."""
+    def _note_sign(self, since: int) -> None:
+        """Note a sign of speech in the newest block, as there have been `since` that sample."""
         at = self._began
-        clatters = self._since is not None and self._now - self._since > CLATTER
         if self._open is None:
-            due = at + (CUT_AFTER if clatters else LONGEST_SENTENCE)
-            self._open = OpenSegment(max(at - ONSET_LAG, self._whole_from), self._now, due, clatters)
-        self._open.note_sign(at, self._now, clatters)
+            begin, due = max(at - ONSET_LAG, self._whole_from), max(since + CLATTER, at + CUT_AFTER)
+            self._open = OpenSegment(begin, self._now, due, end_hidden=self._now - since > CLATTER)
+        self._open.note_sign(at, self._now)
 
     def _note_onset(self) -> None:
         """Search the newest sound for an onset."""
@@ -152,33 +155,16 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in searched):
             return
         begin = max(at - (ONSET_LAG if found.greeting else FAINT_ONSET_LAG), self._whole_from)
-        if self._open is None:
-            self._open = OpenSegment(begin, self._now, at + LONGEST_SENTENCE)
+        self._open = self._open or OpenSegment(begin, self._now)
         self._open.note_onset(found, at, begin, self._since)
-
-    def _close_if_due(self, segment: OpenSegment) -> None:
-        before = segment.continues
-        if before is not None and not before.in_progress:
-            if before.result is None and not self._is_over(before):
-                return
-            segment.continues, segment.cut_at = None, segment.begin + CUT_AFTER
-            if not segment.sign_samples and not segment.greeted:
-                self._open = None
-                return
-        if segment.is_over(self._now):
-            self._close()
-        elif self._now >= segment.cut_at:
-            self._close(cut=True)
 
     def _close(self, cut: bool = False) -> None:
         """Close the open segment, or `cut` it: submit it, unless all of it has been reported."""
         segment, self._open = self._open, None
         if segment is None:
             return
-        segment.continues = None
         if cut:
             segment.end = self._now
-            self._open_after(segment)
         before = next((each for each in reversed(self._closed) if each.in_progress), None)
         earlier: tuple[Path, ...] = ()
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
@@ -197,10 +183,6 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._searched_at = self._now
         if not self._worker.submit(segment.job, self._searcher.search):
             segment.result = SearchResult()
-
-    def _open_after(self, segment: OpenSegment) -> None:
-        """Open a segment for what goes on after another one, whose end no sign of speech shows."""
-        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, end_hidden=True, continues=segment)
 
     def _is_accounted_for(self, segment: OpenSegment) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
@@ -224,8 +206,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         where = [each for each in (*self._closed, self._open) if each is not None]
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
-            due = event.start_sample + LONGEST_SENTENCE
-            there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample, due)
+            there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._to_report(event, there.result)
         there.held_events.append(event)
