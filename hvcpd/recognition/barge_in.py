@@ -23,7 +23,7 @@ from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, power_ratio
 from hvcpd.recognition.keyword.net import DELAY_FRAMES, WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME
-from hvcpd.recognition.stream import FrameStream, cleaned
+from hvcpd.recognition.stream import FrameStream, History, cleaned
 
 BLOCK = 320
 """Number of samples processed at a time: 20 ms."""
@@ -164,7 +164,7 @@ class BargeInDetector:
         self._echo.pause()
         self._net.reset()
         self._spotter = KeywordSpotter(self._net)
-        self._trace = OwnTrace()
+        self._played, self._rest = History(MEMORY), History(MEMORY)
         self._residual_powers: deque[float] = deque(maxlen=WORD_FRAMES)
         self._reported_until, self._may_rise = 0, False
         delay = max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0)
@@ -212,7 +212,8 @@ class BargeInDetector:
         found: list[KeywordEvent] = []
         least = self._least_level(samples)
         residual = self._echo.take(played, samples)
-        self._trace.push(played, residual)
+        self._played.push(played, False)
+        self._rest.push(residual, False)
         for chunk in self._residual.push(residual, False):
             self._residual_powers += chunk.energies.sum(axis=1, dtype=np.float64).tolist()
             word = self._spotter.push(chunk)
@@ -242,47 +243,30 @@ class BargeInDetector:
         is_second = is_new and self._hold_left > 0
         is_doubtful = is_unsure or (self._doubt_left > 0 and not is_second)
         start, end = self._began + word.start, self._began + word.end
-        if is_doubtful or self._trace.correlation(word.start, word.end) >= OWN_CORRELATION:
+        if is_doubtful or own_correlation(self._played, self._rest, word.start, word.end) >= OWN_CORRELATION:
             self._hold_left, self._held = HOLD_TIME, Held(start, end)
             return [self._held]
         self._hold_left = 0
         return [Urgent(start, end)]
 
 
-class OwnTrace:
-    """What was played and the residual of the last seconds, which show whether a word of the residual was played."""
+def own_correlation(played: History, residual: History, start: int, end: int) -> float:
+    """The largest correlation, 0 to 1, of the residual from sample `start` to `end` with what was played, over all
+    lags; both are whitened by half. Either may be late by some samples.
 
-    def __init__(self) -> None:
-        self._played: Samples = np.zeros(0, np.float32)
-        self._residual: Samples = np.zeros(0, np.float32)
-        self._first = 0
-
-    def push(self, played: Samples, residual: Samples) -> None:
-        """Push them in step; either may be late by some samples."""
-        self._played = np.concatenate([self._played, played])
-        self._residual = np.concatenate([self._residual, residual])
-        gone = max(len(self._played) - MEMORY, 0)
-        self._first += gone
-        self._played, self._residual = self._played[gone:], self._residual[gone:]
-
-    def correlation(self, start: int, end: int) -> float:
-        """The largest correlation, 0 to 1, of the residual from `start` to `end` (samples since the first push) with
-        what was played, over all lags; both are whitened by half.
-
-        At a gap the residual has what the filter took out too much, so that the correlation is negative.
-        """
-        begin = max(start - WORD_MARGIN - self._first, 0)
-        word = self._residual[begin : end + 2 * WORD_MARGIN - self._first]
-        played = self._played[max(begin - MOST_LAG, 0) : begin + len(word) + MOST_LAG]
-        missing = max(MOST_LAG - begin, 0)
-        played = np.pad(played, (missing, len(word) + 2 * MOST_LAG - missing - len(played)))
-        size = 1 << (len(played) + len(word)).bit_length()
-        one, other = _whitened(word, size)[: len(word)], _whitened(played, size)
-        products = np.fft.irfft(np.fft.rfft(other) * np.fft.rfft(one, size).conj())[: 2 * MOST_LAG + 1]
-        powers = np.concatenate([np.zeros(1), np.cumsum(np.square(other[: len(played)]))])
-        energies = powers[len(word) :] - powers[: -len(word)]
-        scale = np.sqrt(np.maximum(energies, energies.max() * FAINT_SHARE) * np.square(one).sum())
-        return float((np.abs(products) / np.maximum(scale, 1e-12)).max())
+    At a gap the residual has what the filter took out too much, so that the correlation is negative.
+    """
+    begin = max(start - WORD_MARGIN, residual.begin)
+    word, _ = residual.unmasked(begin, begin, end + 2 * WORD_MARGIN)
+    around, before = played.unmasked(begin - MOST_LAG, begin, begin + len(word) + MOST_LAG)
+    around = np.pad(around, (MOST_LAG - before, len(word) + MOST_LAG + before - len(around)))
+    size = 1 << (len(around) + len(word)).bit_length()
+    one, other = _whitened(word, size)[: len(word)], _whitened(around, size)
+    products = np.fft.irfft(np.fft.rfft(other) * np.fft.rfft(one, size).conj())[: 2 * MOST_LAG + 1]
+    powers = np.concatenate([np.zeros(1), np.cumsum(np.square(other[: len(around)]))])
+    energies = powers[len(word) :] - powers[: -len(word)]
+    scale = np.sqrt(np.maximum(energies, energies.max() * FAINT_SHARE) * np.square(one).sum())
+    return float((np.abs(products) / np.maximum(scale, 1e-12)).max())
 
 
 def _whitened(sound: Samples, size: int) -> NDArray[np.float64]:
