@@ -109,8 +109,7 @@ class ConfirmedSentences:
             return utterance.speaker or "", SpokenSentence(candidate.words, net_inputs(candidate.segment))
         if found is not None:
             segment, sentence = found
-            may_hold_more = segment.within_talk or segment.later
-            if not may_hold_more and abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
+            if not segment.later and abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
                 self._candidate = _Candidate(speaker, now, segment, sentence.words, utterance.statement)
         return None
 

@@ -24,9 +24,6 @@ MIN_STRANGERS_PROBABILITY = 0.75
 """Least confidence of a stranger's sentence. Of 486 sentences by three of Kokoro's voices, flite's and festival's slt,
 to which nothing was fitted, in white noise at 20 dB or pink noise at 8 dB, 266 are so sure and right and 5 so sure and
 wrong; with 0.7 it is 283 and 9, with 0.8 247 and 5."""
-MIN_WITHIN_TALK = 0.9
-"""Least confidence where others speak before and after it: there is much more of such speech, and hardly any of it is
-for a robot."""
 MIN_ADDRESSED = 0.7
 """Least probability that one of the sentences for this robot by name was said, where it is not sure which. 36 of
 110 such sentences are so likely, and 8 of 385 for others (docs/decisions/phones.md)."""
@@ -125,15 +122,12 @@ class SecondPassRecogniser:
             return _surely(self._by_takes(segment))
         by_anybody = self.hypotheses(segment)
         hypotheses, fused = self._fused(by_anybody)
-        least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
-        if fused is not None and fused.probability >= least:
+        if fused is not None and fused.probability >= MIN_STRANGERS_PROBABILITY:
             return _recognised(fused, hypotheses, segment)
         nearest = _surely(hypotheses.by_takes)
         if fused is not None and nearest is not None and fused.words == nearest.words:
             return nearest
-        if segment.within_talk or self._name is None:
-            return None
-        if by_anybody.probability_of(self._for_me) < MIN_ADDRESSED:
+        if self._name is None or by_anybody.probability_of(self._for_me) < MIN_ADDRESSED:
             return None
         if fused is not None and fused.probability >= MIN_REQUEST and self._is_harmless_request(fused.words):
             return _recognised(fused, hypotheses, segment)

@@ -103,8 +103,6 @@ NOISE_LEAD = MEMORY_FRAMES * HOP_SAMPLES
 MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
 """Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when
 the event is reported."""
-MARGIN_IN_TALK = SAMPLE_RATE_HZ // 5
-"""Margin (0.2 s) around the speech between two pauses of talk."""
 QUIET = SAMPLE_RATE_HZ // 2
 """Samples (0.5 s) without a sign of speech that end a segment: more than a pause at a comma in a room without
 echoes."""
@@ -120,26 +118,25 @@ class Segment:
     """Speech that was not understood, with the sound around it.
 
     `sound`, shape (n,), begins with `lead` samples from before the speech, without the robot's own. `start` and `end`
-    are where the speech was noticed, in samples of the stream. `within_talk`: somebody speaks before it and after it; a
-    sentence that ends with it may also begin at one of the samples `later`.
+    are where the speech was noticed, in samples of the stream. A sentence that ends with it may also begin at one of
+    the samples `later`.
     """
 
     sound: Samples
     lead: int
     start: int
     end: int
-    within_talk: bool = False
     later: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, history: History, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
+    def of(cls, history: History, starts: Sequence[int], end: int) -> Segment | None:
         """Speech that begins at the first of `starts`, or later, with what comes before it; None if that is no longer
         kept."""
-        start, until = starts[0], end + (MARGIN_IN_TALK if within_talk else MARGIN_AFTER)
-        sound, lead = history.unmasked(start - NOISE_LEAD, start, until)
+        start, *later = starts
+        sound, lead = history.unmasked(start - NOISE_LEAD, start, end + MARGIN_AFTER)
         if len(sound) - lead < end - start:
             return None
-        return cls(sound, lead, start, end, within_talk, tuple(starts[1:]))
+        return cls(sound, lead, start, end, tuple(later))
 
     @property
     def origin(self) -> int:
@@ -149,13 +146,12 @@ class Segment:
     @property
     def speech_start(self) -> int:
         """The sample of the stream at which `speech` begins."""
-        return max(self.start - (MARGIN_IN_TALK if self.within_talk else MARGIN_BEFORE), self.origin)
+        return max(self.start - MARGIN_BEFORE, self.origin)
 
     @property
     def speech(self) -> Samples:
         """The speech, with its margins."""
-        end = self.end + (MARGIN_IN_TALK if self.within_talk else MARGIN_AFTER)
-        return self.sound[self.speech_start - self.origin : end - self.origin]
+        return self.sound[self.speech_start - self.origin : self.end + MARGIN_AFTER - self.origin]
 
     @property
     def beginnings(self) -> list[Segment]:

@@ -99,7 +99,6 @@ def test_what_was_read_back_and_confirmed_is_learned_once() -> None:
         {"yes": replace(YES, speaker=None)},
         {"yes": replace(YES, speaker="Rob")},
         {"yes": ORDER},
-        {"within_talk": True},
         {"later": (1,)},
     ],
 )

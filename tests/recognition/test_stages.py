@@ -220,48 +220,6 @@ def test_endless_talk_is_not_looked_at() -> None:
     assert looker.segments == []
 
 
-def talk_without_an_end(looker: Looker, worker: SynchronousWorker, understood: dict[int, list[Event]]) -> list[Event]:
-    """Half seconds of speech and pauses of 0.3 s, for 20 s, in which somebody is heard all the time."""
-    first = Script(understood)
-    recogniser = alone(PeopleStage(first, looker, worker))
-    rng = np.random.default_rng(3)
-    events = []
-    for k in range(200):
-        first.speaking = k >= 10
-        rms = 0.1 if k >= 10 and k % 8 < 5 else 0.002
-        events += recogniser.push((rms * rng.standard_normal(BLOCK)).astype(np.float32))
-    return events
-
-
-def test_endless_talk_is_looked_at_from_pause_to_pause_while_it_goes_on() -> None:
-    looker = Looker(None)
-    assert talk_without_an_end(looker, SynchronousWorker(), {}) == []  # what is found to be none is not even garbled
-    ends = [segment.end / SAMPLE_RATE_HZ for segment in looker.segments]
-    assert ends[0] < 14.0
-    assert ends[-1] > 19.0
-    assert all(segment.within_talk for segment in looker.segments)
-    # A sentence may begin after any of the last pauses: the sound of each is from there on.
-    last = looker.segments[-1]
-    assert [segment.start for segment in last.beginnings] == [last.start, *last.later]
-    assert len(last.later) == 2
-    for segment in last.beginnings:
-        assert np.abs(segment.sound[segment.lead + 500 : segment.lead + 6000]).mean() > 0.05
-        assert np.abs(segment.speech[:2000]).mean() < 0.01
-
-
-def test_a_sentence_within_endless_talk_is_told() -> None:
-    assert SENTENCE in talk_without_an_end(Looker(SENTENCE), SynchronousWorker(), {})
-
-
-def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
-    looker = Looker(None)
-    robots = replace(SENTENCE, start_sample=13 * SAMPLE_RATE_HZ, end_sample=17 * SAMPLE_RATE_HZ)
-    talk_without_an_end(looker, SynchronousWorker(), {171: [robots]})
-    late = [segment for segment in looker.segments if segment.end > robots.end_sample + 0.3 * SAMPLE_RATE_HZ]
-    assert late
-    assert all(segment.start >= robots.end_sample for segment in late)
-
-
 def test_the_own_voice_is_not_in_the_sound() -> None:
     looker = Looker(None)
     recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker()))
