@@ -71,7 +71,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             out += self._take_event(event)
         for job, result in self._worker.results():
             for segment in [each for each in self._closed if each.job is job]:
-                out += self._take_result(segment, result)
+                out += self._take_result(segment, job, result)
         for each in self._closed:
             over = self._is_over(each)
             if over or each.result is not None:
@@ -79,13 +79,13 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
-    def _take_result(self, segment: OpenSegment, result: SearchResult) -> list[Recognised]:
+    def _take_result(self, segment: OpenSegment, job: ChannelSegment, result: SearchResult) -> list[Recognised]:
         """Report the sentences of a search that are whole and not reported yet; wait for the end of one in progress."""
         segment.result = result
         whole = [each for each in result.sentences if each.start_sample >= segment.whole_from]
         found = [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
         going_on = result.in_progress
-        if going_on and ((segment.job is not None and segment.job.cut) or going_on[0].end > segment.end):
+        if going_on and (job.cut or going_on[0].end > segment.end):
             self._open = self._open or OpenSegment(segment.closed_at, segment.closed_at)
             self._open.continues = self._open.end_hidden = True
             self._open.cut_at = min(segment.closed_at + CUT_AGAIN_AFTER, result.sure_at)
