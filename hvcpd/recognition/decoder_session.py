@@ -14,11 +14,9 @@ from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of, power_ratio
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.stream import FrameHistory
-from hvcpd.recognition.templates import Noise, Scorer, TemplateBank
+from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
 
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
-FILLER_COST = 1.2
-"""Cost of the filler above the frame's best template, half-way between right and wrong words (measured)."""
 GAIN_STEP_DB = 6.0
 """Distance of the three template gains that are decoded side by side, around the level at the onset. Where the level is
 farther from the middle one they move: to that level, or, within a sentence, by a step up (the first word, "hi", can be
@@ -211,12 +209,10 @@ class DecoderSession:
         for start in range(0, len(features), HORIZON_FRAMES):
             heard = features[start : start + HORIZON_FRAMES]
             active = self._decoder.prune()
-            to_states, to_noise, to_cohort = self._scorer.score(heard, active.row, active.hypothesis_begins)
-            filler = np.minimum(to_noise, to_cohort + np.float32(FILLER_COST))
-            noise_costs = to_noise - filler
-            self._filler_excess.put(self._next, filler - to_cohort)
+            costs, noise_costs, excess = self._scorer.score(heard, active.row, active.hypothesis_begins)
+            self._filler_excess.put(self._next, excess)
             self._noise_cost.put(self._next, noise_costs)
-            for column, noise_cost in zip(to_states - filler[:, None], noise_costs.tolist(), strict=True):
+            for column, noise_cost in zip(costs, noise_costs.tolist(), strict=True):
                 self._decoder.advance(column, noise_cost)
             self._next += len(heard)
         self._decoder.drop_long_pauses(LONGEST_PAUSE_FRAMES)
@@ -258,7 +254,7 @@ class DecoderSession:
             net.word[word],
             step,
             (step.cost + float(excess.sum())) / (n_frames * FILLER_COST),
-            max(self._scorer.expected_gain(rows, FILLER_COST), 0.01) * n_frames,
+            max(self._scorer.expected_gain(rows), 0.01) * n_frames,
             float(n_frames / nearest_take),
         )
 

@@ -187,6 +187,9 @@ def noise_features(noise: Noise) -> NDArray[np.float32]:
 RECOMPOSE_NEPER = 0.12
 """Change of the noise (0.5 dB, mean over the bands) from which on templates are composed again: less gains nothing."""
 
+FILLER_COST = 1.2
+"""Cost of the filler above the frame's best template, half-way between right and wrong words (measured)."""
+
 NOISE_DISTANCE = 1.7
 """Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""
 
@@ -195,7 +198,11 @@ CODEBOOK_FRAMES = 3000
 
 
 class Scorer:
-    """Composes the templates in use with noise and gains, and measures distances to them."""
+    """Composes the templates in use with noise and gains, and scores frames by their distances to them.
+
+    Costs are relative to the filler, which explains any sound: it costs as much as the noise, or FILLER_COST more than
+    the nearest frame of the cohort.
+    """
 
     def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
@@ -224,27 +231,27 @@ class Scorer:
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
 
-    def expected_gain(self, rows: NDArray[np.intp], most: float) -> float:
-        """Expected gain per frame of the right word over the noise, for the template's frames `rows`; `most` in each
-        frame.
+    def expected_gain(self, rows: NDArray[np.intp]) -> float:
+        """Expected gain per frame of the right word over the filler, for the template's frames `rows`.
 
         Its distance to its template is that of noise, and so is its distance to the noise, except for the template's
         own distance.
         """
         away = self._bank.compose(rows, self._noise, self._gain) - self._noise_features
         squares = norms_of(away) + NOISE_DISTANCE**2
-        return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
+        return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, FILLER_COST).mean())
 
     def score(
         self, heard: Features, rows: NDArray[np.intp], begins: Sequence[int]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Euclidean distances of the features `heard`, shape (n, N_FEATURES), to every active state, shape (n,
-        n_states), to the noise, shape (n,), and to the nearest frame of the cohort, shape (n,). `rows`: the states'
-        frames in the bank, those of hypothesis r from `begins[r]` on."""
+        """The costs of the features `heard`, shape (n, N_FEATURES), in every active state, shape (n, n_states), and as
+        noise, shape (n,); and the filler's distance beyond that to the nearest frame of the cohort, shape (n,). `rows`:
+        the states' frames in the bank, those of hypothesis r from `begins[r]` on."""
         states = self._states(rows, begins)
-        cohort = squared_distances(heard, self._codebook_features, self._codebook_norms).min(axis=1)
-        noise = np.sqrt(((heard - self._noise_features) ** 2).sum(axis=1))
-        return distances(heard, states, norms_of(states)), noise, np.asarray(np.sqrt(cohort), np.float32)
+        to_cohort = np.sqrt(squared_distances(heard, self._codebook_features, self._codebook_norms).min(axis=1))
+        to_noise = np.sqrt(((heard - self._noise_features) ** 2).sum(axis=1))
+        filler = np.minimum(to_noise, to_cohort + np.float32(FILLER_COST))
+        return distances(heard, states, norms_of(states)) - filler[:, None], to_noise - filler, filler - to_cohort
 
     def _states(self, rows: NDArray[np.intp], begins: Sequence[int]) -> Features:
         """Features of the active states; templates are composed when first needed."""
