@@ -94,7 +94,7 @@ class _Subsets:
         final = bool(closed & self.ends)
         if not live and not final:
             return None
-        signature = (live, final, pause and bool(live))
+        signature = (live, final, pause)
         if signature not in self.merged:
             node = self.merged[signature] = len(self.merged)
             self.arcs.extend(Arc(node, target, word) for word, target in live)

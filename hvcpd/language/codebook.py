@@ -84,7 +84,7 @@ class Codebook:
 
     def number_of(self, statement: m.Statement | None) -> int | None:
         """The statement's number; None if it is never encrypted, or the phrasebook cannot make it."""
-        if statement is None or isinstance(statement, NEVER_HIDDEN):
+        if statement is None:
             return None
         for entry in self._entries:
             bound = bindings_of(entry.compiled, m.Utterance(None, statement=statement))

@@ -30,6 +30,7 @@ BOOK = Phrasebook(
         ("Rob, move back 1.0 m", "Rob, move back one metre"),
         ("Hi all, I am Rob, report, I am free, battery 11.0 V", None),
         ("Rob, move back 3m", "Rob, move back three metres"),
+        ("Rob, move back one m", "Rob, move back one metre"),
         ("Rob, move back 3metres", "Rob, move back three metres"),
         ("Hi all, I\N{RIGHT SINGLE QUOTATION MARK}m Rob, report, I've stopped, battery 11.5V", None),
         ("Hi all, I am Rob, report, I have stopped, battery eleven and a half volts", None),
@@ -137,3 +138,8 @@ def test_signs_without_sound_are_found() -> None:
     for said in ("3-5 roses", "3\N{EN DASH}5 roses", "Rob - 5 roses", "Rob--5 roses", "well ...5 roses", "5.", "Rob,5"):
         assert unsayable(said) is None
     assert unsayable("Hi 日本") == "日"
+
+
+def test_an_american_spelling_may_also_lack_the_plural() -> None:
+    book = Phrasebook(Vocabulary(("Rob",), tasks=("fetch the colours",), numbers=(1,)))
+    assert book.parse_text("Rob, fetch the color") == book.parse_text("Rob, fetch the colours")
