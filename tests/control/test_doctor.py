@@ -18,6 +18,7 @@ from hvcpd.control.doctor.doctor_board import Board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_service
 from hvcpd.control.doctor.doctor_sound import judge
 from hvcpd.control.doctor.self_hearing import SelfHearing
+from hvcpd.errors import EX_FAILURE
 from hvcpd.hardware.acoustics import Echo
 from tests.control.echo_room import EchoRoom
 from tests.daemon.running import RunningRobot
@@ -74,7 +75,13 @@ def test_a_robot_that_runs_now_is_named(tmp_path: Path, capsys: pytest.CaptureFi
     run(options(tmp_path, "--only", "wheels"))
     told = found(capsys)
     assert "hvcpd" not in told
-    assert told["verdict"]["text"] == "1 of 1 check failed; the remedy is above"
+    assert told["verdict"]["text"] == "1 check passed"
+
+
+def test_a_verdict_on_one_check_is_singular(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    absent = ("--driver", "dynamixel", "--port", str(tmp_path / "absent"))
+    assert run(options(tmp_path, "--only", "wheels", *absent)) == EX_FAILURE
+    assert found(capsys)["verdict"]["text"] == "1 of 1 check failed; the remedy is above"
 
 
 @pytest.mark.slow

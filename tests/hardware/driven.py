@@ -104,7 +104,7 @@ class Driven:
         if self.process.poll() is None:
             return True
         account = self._account()
-        assert any(reason in account for reason in ("answers late", "nothing answers", "no answer from")), account
+        assert any(reason in account for reason in ("answers late", "nothing answers", "no answer")), account
         return False
 
     def _account(self) -> str:
