@@ -149,9 +149,7 @@ class ProgramRunner:
             if self._is_held:  # it was held while it started
                 self.hold(True)
             self._arm(process.pid, safe)
-            while await next_report(process, said, tell) is not None:
-                pass
-            status = await process.wait()
+            status = await status_after(process, said, tell)
             if status == 0:
                 return said.results
         finally:
@@ -182,6 +180,13 @@ class ProgramRunner:
         """Nothing is open between two calls."""
 
 
+async def status_after(process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> int:
+    """The exit status of a program, whose reports are read to their end: a full pipe would keep it waiting."""
+    while await next_report(process, said, tell) is not None:
+        pass
+    return await process.wait()
+
+
 async def fault_of_running(words: tuple[str, ...], within_s: float = SAFE_S) -> str | None:
     """Run the program that leaves all safe. Returns why it has not done so; None if it ended well."""
     try:
@@ -190,9 +195,7 @@ async def fault_of_running(words: tuple[str, ...], within_s: float = SAFE_S) -> 
         return error.strerror
     try:
         async with asyncio.timeout(within_s):
-            while await next_report(process, Reported(), lambda *_: None) is not None:
-                pass  # nobody else reads its output, and a full pipe would keep it waiting
-            status = await process.wait()
+            status = await status_after(process, Reported(), lambda *_: None)
     except TimeoutError:
         return f"it was ended after {within_s:g} s"
     finally:

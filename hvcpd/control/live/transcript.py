@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing, suppress
 from dataclasses import asdict
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -46,15 +47,14 @@ class AskedRows:
 
     def tasks(self) -> tuple[TaskDefinition, ...]:
         """What can be said and counted of the robot's tasks, which need not be those of the settings here."""
-        found = self._daemon.ask("tasks")["tasks"]
         return tuple(
             TaskDefinition(each["number"], each["name"], None, (), each["icon"], robots=each.get("robots", 1))
-            for each in found
+            for each in self._told["tasks"]
         )
 
     def vocabulary(self, speakers: Iterable[str]) -> Vocabulary:
         """The robot's words, with the names of `speakers`; of an older daemon without those of `WORDS`."""
-        told = self._daemon.ask("tasks")
+        told = self._told
         settings = {each["key"]: each["value"] for each in self._daemon.ask("config")["settings"]}
         names = {name.lower(): name for name in (*speakers, *settings["names"])}
         words = {kind: tuple(told.get("words", {}).get(kind, ())) for kind in WORDS}
@@ -66,6 +66,11 @@ class AskedRows:
             **words,
             kinds=SEALED_KINDS,
         )
+
+    @cached_property
+    def _told(self) -> dict[str, Any]:
+        """The daemon's answer about tasks, which does not change while the transcript is described."""
+        return self._daemon.ask("tasks")
 
     def close(self) -> None:
         """Close the connection."""
