@@ -1,10 +1,10 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
+        [--people | --games DIR | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
-(`recorded`), and noise in which nobody speaks.
+(`recorded`), and noise in which nobody speaks; with `--games`, sentences by actors (`games`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
 from benchmarks.people_material import DIGITS
-from benchmarks.phones.recorded import bare_words, joined, noises, orders_of_coffee, string_of
+from benchmarks.phones.recorded import bare_words, joined, lines_of_games, noises, orders_of_coffee, string_of
 from benchmarks.phones.rooms import Rooms, stretched
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, held_out, resampled, talkers
@@ -175,27 +175,37 @@ def by_people(o: argparse.Namespace) -> Iterator[Said]:
         yield utterance.words, utterance.sound
 
 
+def by_actors(o: argparse.Namespace) -> Iterator[Said]:
+    """Lines of games, in any order; `--texts` of them at most."""
+    lines = lines_of_games(o.games, o.part)
+    random.Random(o.seed).shuffle(lines)
+    for utterance in lines[: o.texts]:
+        yield utterance.words, utterance.sound
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--data", type=Path, required=True, help="recordings of people, rooms and noises")
-    parser.add_argument("--texts", type=int, default=5000, help="by synthetic voices")
+    parser.add_argument("--texts", type=int, default=5000, help="by synthetic voices or actors")
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kokoro", type=Path, help="voices, as the npm package kokoro-js has them in package/voices")
     parser.add_argument("--usual", action="store_true", help="usual names and tasks, and more of their sentences")
     parser.add_argument("--people", action="store_true", help="by people")
+    parser.add_argument("--games", type=Path, help="by actors: what benchmarks.phones.games and transcribed wrote")
     parser.add_argument("--boxes", action="store_true", help="all in simulated rooms (needs pyroomacoustics)")
     parser.add_argument(
         "--part", choices=("train", "calibration", "test"), default="train", help="of the voices and people"
     )
     o = parser.parse_args()
-    if o.kokoro is None and not o.people:
+    if o.kokoro is None and not o.people and o.games is None:
         parser.error("texts need the voices of --kokoro: `npm pack kokoro-js`, package/voices")
     lexicon, known = Lexicon.load(), common_words()
     air = Air(o.seed, o.data, o.boxes)
     found = []
-    for number, (words, sound) in enumerate(by_people(o) if o.people else by_voices(o, known, lexicon)):
+    said = by_people(o) if o.people else by_actors(o) if o.games else by_voices(o, known, lexicon)
+    for number, (words, sound) in enumerate(said):
         phones = np.array(phones_of(words, lexicon, known))
         for _ in range(o.takes):
             logs = air.heard(sound)

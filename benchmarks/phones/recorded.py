@@ -30,6 +30,9 @@ HELD_OUT_NOISES = ("aircon_2", "dishwasher_3")
 MOST_WORDS, MOST_GAP_S = 4, 0.35
 """Of a string of words by one speaker."""
 
+GROUPS_FOR_CALIBRATION, GAME_FOR_TESTS = 12, "drascula"
+"""Percent of the dialogues and scenes in games (`games.py`), and the one that nothing learns from."""
+
 COFFEE_ORDERS = Path(__file__).parent / "coffee_orders.tsv"
 """What is said in recordings of people, by the first eight letters of their names: written by Whisper tiny.en and
 corrected by hand, since the recordings came without."""
@@ -98,6 +101,29 @@ def orders_of_coffee(data: Path, part: str) -> list[Utterance]:
     paths = [p for p in sorted((data / "negatives").glob("*.wav")) if half_of(p) == part]
     heard = ((said[p.stem[:8]], p) for p in paths if p.stem[:8] in said)
     return [Utterance(text, p.stem, trimmed(np.asarray(read_wav(p), np.float32))) for text, p in heard]
+
+
+def game_part_of(path: Path) -> str:
+    """`train`, `calibration` or `test`: a line of a game, GAME/GROUP_LINE. The hero of the Amazon Queen is in all of
+    its dialogues and trains."""
+    group = path.name.split("_")[0]
+    if path.parent.name == GAME_FOR_TESTS:
+        return "test"
+    number = hashlib.sha256(group.encode()).digest()[0] % 100
+    return "train" if group == "joe" or number >= GROUPS_FOR_CALIBRATION else "calibration"
+
+
+def lines_of_games(folder: Path, part: str) -> list[Utterance]:
+    """What `transcribed.py` wrote down of the recordings in DIR/GAME, of one part."""
+    found = []
+    for listed in sorted(folder.rglob("said.tsv")):
+        for line in listed.read_text(encoding="utf-8").splitlines():
+            name, text = line.split("\t")
+            path = listed.with_name(f"{name}.wav")
+            if game_part_of(path) == part:
+                sound = trimmed(np.asarray(read_wav(path), np.float32))
+                found.append(Utterance(tuple(text.split()), name.split("_")[0], sound))
+    return found
 
 
 def noises(data: Path, part: str) -> list[Samples]:
