@@ -32,7 +32,7 @@ from benchmarks.people_material import (
     sentences,
 )
 from benchmarks.people_stage import SNR_DB, Stage
-from benchmarks.phones.recorded import bare_words, half_of, noises, string_of
+from benchmarks.phones.recorded import bare_words, half_of, lines_of_games, noises, string_of
 from benchmarks.phones.rooms import Rooms
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
@@ -66,6 +66,8 @@ AGAIN = 0.25
 """Weight of talk that is judged again, with a person enrolled."""
 FAINT = 0.01
 """Full scale = 1: a part in which nothing is louder is none."""
+MOST_LINES = 500
+"""Of games."""
 PARTS_S = (0.5, 3.0)
 """How long the parts of talk and sounds are that are judged beside the whole."""
 
@@ -200,7 +202,8 @@ def by_robots(stage: Stage, place: Place, n: int, seed: int) -> Iterator[Case]:
 
 
 def by_people(stage: Stage, place: Place, data: Path, seed: int) -> Iterator[Case]:
-    """Words of people kept for calibration: only "stop" is a sentence; strings of them, talk, and sounds."""
+    """Words of people kept for calibration: only "stop" is a sentence; strings of them, talk, lines of games, and
+    sounds."""
     nobody, chooser = stage.opinion(stage.book.people_graph, ()), random.Random(seed)
     rng = np.random.default_rng(seed)
     words = bare_words(data, "calibration", DIGITS)
@@ -213,6 +216,9 @@ def by_people(stage: Stage, place: Place, data: Path, seed: int) -> Iterator[Cas
         string = string_of(words, chooser)
         if not is_sentence(stage, string.words):
             yield Case("people's words in a row", (), nobody.hypotheses(place.heard(string.sound)))
+    lines = lines_of_games(data, "calibration")
+    for utterance in chooser.sample(lines, min(len(lines), MOST_LINES)):
+        yield Case("actors' lines", (), nobody.hypotheses(place.heard(utterance.sound)))
     for folder, kind in (("negatives", "people's talk"), ("sounds", "sounds")):
         for path in sorted((data / folder).glob("*.wav")):
             if half_of(path) == "train":

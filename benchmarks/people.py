@@ -200,7 +200,7 @@ def people_rows(stage: Stage, o: argparse.Namespace, rows: Sequence[str]) -> Non
     if "digits" in rows:
         digits_row(stage, o.data / "digits", o.takes, o.seed)
     if "talk" in rows:
-        strangers.coffee_row(stage, o.data, o.minutes)
+        strangers.talk_rows(stage, o.data, o.minutes)
         strangers.endless_row(stage, o.data, o.seed)
 
 

@@ -28,7 +28,7 @@ from benchmarks.people_material import (
     stream,
 )
 from benchmarks.people_stage import BLOCK, Stage, found, listen, near, say_the_same
-from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
+from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, game_part_of, half_of, words
 from benchmarks.phones.voices import KOKORO_TESTS, Talker, kokoro
 from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
@@ -288,13 +288,30 @@ class TimedWorker(SynchronousWorker[Segment, Found]):
         return taken
 
 
-def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
-    """The half of people's talk that nothing was fitted to: false alarms in an hour of it."""
+ACTORS_PAUSE_S = 0.7
+"""After each line of a game: they are cut where speech begins and ends."""
+
+
+def talk_rows(stage: Stage, data: Path, minutes: float) -> None:
+    """Talk that nothing was fitted to, of people and, where their lines are, of actors: false alarms in an hour."""
+    coffee = [p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"]
+    actors = [p for p in sorted((data / "games").rglob("*.wav")) if game_part_of(p) == "test"]
+    for label, paths, pause_s in (
+        ("people ordering coffee", coffee, 0.0),
+        ("actors in a game", actors, ACTORS_PAUSE_S),
+    ):
+        if paths:
+            _talk_row(stage, label, paths, pause_s, minutes)
+
+
+def _talk_row(stage: Stage, label: str, paths: Sequence[Path], pause_s: float, minutes: float) -> None:
     stops = peer = n = addressed = 0
     made: list[str] = []
-    recogniser = stage.recogniser()
-    for path in (p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"):
+    recogniser, rng = stage.recogniser(), np.random.default_rng(1)
+    for path in paths:
         talk = np.asarray(read_wav(path), np.float32)
+        quiet = QUIET_RMS * rng.standard_normal(round(pause_s * SAMPLE_RATE_HZ)).astype(np.float32)
+        talk = np.concatenate([levelled(talk), quiet]) if pause_s else talk
         for at in range(0, len(talk), BLOCK):
             for event in recogniser.push(talk[at : at + BLOCK]):
                 stops += isinstance(event, Urgent) or (isinstance(event, Recognised) and event.words[-1] == "stop")
@@ -307,7 +324,7 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
             break
     hours = n / SAMPLE_RATE_HZ / 3600.0
     print(
-        f"people ordering coffee, {60 * hours:.1f} min: {len(made)} sentences ({len(made) / hours:.1f} an hour), "
+        f"{label}, {60 * hours:.1f} min: {len(made)} sentences ({len(made) / hours:.1f} an hour), "
         f"{stops} stops, {addressed} others to this robot; PocketSphinx {peer} sentences ({peer / hours:.0f} an hour)"
     )
     for each in made:

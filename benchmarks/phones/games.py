@@ -1,12 +1,12 @@
 """Sentences by people: actors in three adventure games that Debian distributes, 7.6 h of speech.
 
-    apt-get download flight-of-the-amazon-queen beneath-a-steel-sky drascula     # and `dpkg-deb -x FILE DIR` of each
-    python -m benchmarks.phones.games DIR --out SPEECH
-    python -m benchmarks.phones.transcribed SPEECH --model WHISPER
+    apt-get download flight-of-the-amazon-queen beneath-a-steel-sky drascula     # and `dpkg-deb -x FILE FILES` of each
+    python -m benchmarks.phones.games FILES --out DIR/games
+    python -m benchmarks.phones.transcribed DIR/games --model WHISPER
 
-Writes SPEECH/GAME/GROUP_LINE.wav and SPEECH/queen/lines.txt, what is written in the Amazon Queen's files: what its
-characters say, and more. Nobody noted who speaks: a group is a dialogue of the Amazon Queen, or a scene of Beneath
-a Steel Sky. How these files are made was learned from ScummVM, which plays them. Needs soundfile, for MP3.
+Writes DIR/games/GAME/GROUP_LINE.wav and DIR/games/queen/lines.txt, which holds all that is written in the Amazon
+Queen's files. Nobody noted who speaks: a group is a dialogue of the Amazon Queen, or a scene of Beneath a Steel Sky.
+How these files are made was learned from ScummVM, which plays them. Needs soundfile, for MP3.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people | --games DIR | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
+        [--people | --games | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
-(`recorded`), and noise in which nobody speaks; with `--games`, sentences by actors (`games`).
+(`recorded`), and noise in which nobody speaks; with `--games`, lines of the games in DIR/games.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def by_people(o: argparse.Namespace) -> Iterator[Said]:
 
 def by_actors(o: argparse.Namespace) -> Iterator[Said]:
     """Lines of games, in any order; `--texts` of them at most."""
-    lines = lines_of_games(o.games, o.part)
+    lines = lines_of_games(o.data, o.part)
     random.Random(o.seed).shuffle(lines)
     for utterance in lines[: o.texts]:
         yield utterance.words, utterance.sound
@@ -193,13 +193,13 @@ def main() -> None:
     parser.add_argument("--kokoro", type=Path, help="voices, as the npm package kokoro-js has them in package/voices")
     parser.add_argument("--usual", action="store_true", help="usual names and tasks, and more of their sentences")
     parser.add_argument("--people", action="store_true", help="by people")
-    parser.add_argument("--games", type=Path, help="by actors: what benchmarks.phones.games and transcribed wrote")
+    parser.add_argument("--games", action="store_true", help="by actors (benchmarks.phones.games)")
     parser.add_argument("--boxes", action="store_true", help="all in simulated rooms (needs pyroomacoustics)")
     parser.add_argument(
         "--part", choices=("train", "calibration", "test"), default="train", help="of the voices and people"
     )
     o = parser.parse_args()
-    if o.kokoro is None and not o.people and o.games is None:
+    if o.kokoro is None and not (o.people or o.games):
         parser.error("texts need the voices of --kokoro: `npm pack kokoro-js`, package/voices")
     lexicon, known = Lexicon.load(), common_words()
     air = Air(o.seed, o.data, o.boxes)

@@ -113,10 +113,10 @@ def game_part_of(path: Path) -> str:
     return "train" if group == "joe" or number >= GROUPS_FOR_CALIBRATION else "calibration"
 
 
-def lines_of_games(folder: Path, part: str) -> list[Utterance]:
-    """What `transcribed.py` wrote down of the recordings in DIR/GAME, of one part."""
+def lines_of_games(data: Path, part: str) -> list[Utterance]:
+    """What `transcribed.py` wrote down of the recordings in DIR/games/GAME, of one part; none without them."""
     found = []
-    for listed in sorted(folder.rglob("said.tsv")):
+    for listed in sorted((data / "games").glob("*/said.tsv")):
         for line in listed.read_text(encoding="utf-8").splitlines():
             name, text = line.split("\t")
             path = listed.with_name(f"{name}.wav")

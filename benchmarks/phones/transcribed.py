@@ -1,6 +1,6 @@
-"""Writes down what people say in folders of recordings, to train on: SPEECH/*/said.tsv, a name and words a line.
+"""Writes down what people say in folders of recordings, to train on: FOLDER/said.tsv, a name and words a line.
 
-    python -m benchmarks.phones.transcribed SPEECH --model WHISPER
+    python -m benchmarks.phones.transcribed DIR/games --model WHISPER
 
 Whisper (A. Radford et al., ICML 2023) hears each recording in a window little longer than it, which takes a fifth of
 the time of its 30 s; it then may say all of it again and again, of which the first is kept. Where lines.txt beside the

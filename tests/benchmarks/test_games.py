@@ -173,8 +173,8 @@ def test_groups_of_lines_are_for_training_or_calibration(tmp_path: Path) -> None
     assert parts.count("train") == 100 - parts.count("calibration")
     assert game_part_of(Path("queen/joe_030001J1.wav")) == "train"
     assert game_part_of(Path("drascula/en_1.wav")) == "test"
-    folder = tmp_path / "queen"
-    folder.mkdir()
+    folder = tmp_path / "games" / "queen"
+    folder.mkdir(parents=True)
     (folder / "lines.txt").write_text("Nice shop.\nHi!\n", encoding="utf-8")
     assert lines_of(folder, set()) == ["nice shop"]
     write_wav(folder / "joe_1J1.wav", np.sin(np.arange(16000, dtype=np.float32)))
