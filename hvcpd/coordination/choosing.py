@@ -70,6 +70,12 @@ def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     return me.board.free_for(me.role.name, now, me.role.unable | later)
 
 
+def can_take_part(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Whether this robot can do a task; one for several robots, with the robots that are there."""
+    enough = not entry.is_shared or entry.has_room or _can_fill(entry, _free_others(me, now))
+    return enough and me.board.can_begin(entry) and not me.lacks(entry)
+
+
 def _can_fill(entry: Entry, idle: frozenset[str]) -> bool:
     return 1 + len(idle - {name.lower() for name in entry.failed_by}) >= entry.definition.robots
 

@@ -115,7 +115,8 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     """There is nothing to do: look for robots, report, ask about tasks that may be done, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
-    unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
+    can_do_no_more = not me.board.not_done() or _is_left_out(me, now)
+    unsure = can_do_no_more and me.board.hearsay() and now >= me.missed.ask_again_s
     if me.report.task is not None:
         fire(me, Trigger.CHOSE_REPORT, now)
     elif _asks_what_is_left(me, now) and me.peers.present(now):
@@ -127,8 +128,8 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
         me.missed.asked += 1
         me.missed.ask_again_s = now + pause_s * (1.0 + me.rng.random())
         _ask(me, now)
-    elif unsure:
-        for number in me.board.hearsay() if me.role.coordinator or choosing.may_volunteer(me, now) else ():
+    elif unsure and (me.role.coordinator or choosing.may_volunteer(me, now)):
+        for number in me.board.hearsay():
             me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
     else:
@@ -151,13 +152,13 @@ def _asks_what_is_left(me: Knowledge, now: float) -> bool:
 
 
 def _is_left_out(me: Knowledge, now: float) -> bool:
-    """Whether nothing is left but tasks that this robot cannot do, and that nobody is known to do: others may have done
-    them unheard, and it would wait for them for ever."""
+    """Whether nothing is left but tasks that this robot cannot do, or not with the few that are there, and that nobody
+    is known to do: others may have done them unheard, and it would wait for them for ever."""
     if me.role.coordinator:
         return False
     left = [me.board[number] for number in me.board.not_done()]
     is_free = all(e.state == OPEN or now >= e.lease_end_s for e in left)
-    return bool(left) and is_free and not any(me.board.can_begin(e) and not me.lacks(e) for e in left)
+    return bool(left) and is_free and not any(choosing.can_take_part(me, e, now) for e in left)
 
 
 def _wait(me: Knowledge, now: float) -> None:

@@ -12,7 +12,7 @@ from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, rou
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, undecided
-from hvcpd.coordination.knowledge import Current, Knowledge
+from hvcpd.coordination.knowledge import Current, Knowledge, Report
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
 
@@ -195,7 +195,7 @@ def go_on(me: Knowledge, now: float) -> None:
     if me.board[done].is_changed:
         _tell_done(me, done, Urgency.TURN, now)
     else:
-        me.report.tasks, me.report.said = (done,), False
+        me.report = Report((done,))
     me.do(Perform(me.my_task(), _split(me)[0]))
     ahead.want(me, now)
 

@@ -58,6 +58,36 @@ def test_a_robot_that_waits_looks_again_when_something_changes_by_itself(has: Ca
     assert robot.next_deadline() == LATER_S
 
 
+@pytest.mark.parametrize("is_shared", [False, True])
+@pytest.mark.parametrize("is_alone", [False, True])
+def test_a_task_that_it_cannot_do_keeps_it_from_no_other_that_it_is_unsure_of(is_shared: bool, is_alone: bool) -> None:
+    """It had heard once that the other one was done, and rested for ever."""
+    one, two = plants(2)
+    roster, cannot = ("Rob", "Bot"), frozenset() if is_shared else frozenset({1})
+    role = Role("Rob", "plant", unable=cannot, roster=roster)
+    robot = Coordination(role, (replace(one, robots=3 if is_shared else 1), two), random.Random(1))
+    robot.heard(m.Utterance("Bot", m.ToTeam("plant")), 0.0)
+    robot.knowledge.state, now = State.READY, robot.knowledge.timing.absent_s + 1.0 if is_alone else 1.0
+    robot.board.complete(2, "Bot", hearsay=True)
+    robot.knowledge.arm(now, 0.0)
+    robot.tick(now)
+    robot.tick(now + 1.0)
+    assert robot.state is (State.CLAIMING if is_alone else State.ASKING)
+
+
+def test_who_may_do_nothing_while_its_name_is_taken_does_what_it_is_unsure_of_afterwards() -> None:
+    """It rested for ever."""
+    robot, name_s = waiting(), NOW_S + 700.0
+    robot.board.complete(1, "Bot", hearsay=True)
+    robot.knowledge.acquaintance.own_name_heard_s = (name_s, name_s)
+    robot.knowledge.arm(name_s, 0.0)
+    while robot.state is State.READY:
+        now = robot.next_deadline()
+        assert now <= name_s + robot.knowledge.timing.name_conflict_s + 1.0
+        robot.tick(now)
+    assert robot.state is State.CLAIMING
+
+
 def test_what_it_is_unsure_of_next_it_asks_as_soon_as_ever() -> None:
     """The pauses between its questions had doubled while it was unsure of another task."""
     robot = waiting()

@@ -16,7 +16,7 @@ from tests.coordination.mission import Mission, plants
 NAMES = ("Rob", "Bot", "Max", "Zoe")
 NEAR = tuple(replace(task, place=None) for task in plants(8))
 """Each takes less time than a round of turns."""
-ONE, TWO, THREE = map(m.TaskByNumber, (1, 2, 3))
+ONE, TWO, THREE, FOUR = map(m.TaskByNumber, (1, 2, 3, 4))
 
 
 def rob(tasks: int = 8, **role: object) -> Coordination:
@@ -154,6 +154,30 @@ def test_who_fails_at_the_first_claims_the_second_again_as_soon_as_that_is_confi
     hear(robot, m.Confirmed(ONE), now + 1.0)
     said, _ = next_said(robot, now + 1.0)
     assert said == m.Claim(TWO)
+
+
+def test_who_failed_before_and_is_stopped_between_two_tasks_tells_that_the_first_is_done() -> None:
+    """Told that it failed, the others would do it again."""
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    for failed, claimed in ((ONE, m.Claim(TWO)), (TWO, m.Claim(THREE, FOUR))):
+        robot.perform_failed(now)
+        said, now = next_said(robot, now)
+        assert said == m.Failed(failed)
+        hear(robot, m.Confirmed(failed), now)
+        said, now = next_said(robot, now)
+        assert said == claimed
+        hear(robot, m.Confirmed(claimed.task, also=claimed.also), now)
+    for _ in "to the first", "at the first":
+        robot.performed(now + 10.0)
+    assert robot.task == FOUR.number
+    hear(robot, m.Stop(), now := now + 10.0)
+    told = []
+    for _ in range(3):
+        said, now = next_said(robot, now)
+        told.append(said)
+    assert m.Completed(THREE) in told
+    assert m.Failed(THREE) not in told
 
 
 def test_who_is_stopped_before_it_has_told_why_it_failed_tells_it_then() -> None:
