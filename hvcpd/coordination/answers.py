@@ -59,10 +59,9 @@ def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> Non
 
 
 def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
-    """Whether it lets this robot follow the order that it has read back, and perhaps is about to read back again."""
-    was_read = me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0)
+    """Whether it lets this robot follow the order that it has read back."""
     names_another = s.complete or not {ref.number for ref in s.tasks}.issubset(me.my_tasks())
-    return was_read and not names_another and me.is_partner(speaker)
+    return me.has_read_back and not names_another and me.is_partner(speaker)
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:

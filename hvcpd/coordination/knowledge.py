@@ -194,6 +194,11 @@ class Knowledge:
         """Whether this robot carries the task out."""
         return self.state is State.ACTING and self.current.task == number
 
+    @property
+    def has_read_back(self) -> bool:
+        """Whether it has read an order back, and waits for the answer, or is about to repeat itself."""
+        return self.state is State.READ_BACK or (self.state is State.READING_BACK and self.current.repeats > 0)
+
     def expire(self, now: float) -> None:
         """Forget who has tasks for several robots where that was not said again in time: never this robot's own claim,
         nor the robots that it is at work with."""

@@ -53,9 +53,10 @@ def _needs_proof(u: m.Utterance) -> bool:
 
 def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
     """Whether a person whose code was good says yes or no to the read-back of it: a code is valid once, and the codes
-    of a clock come every 30 s."""
-    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u.addressee)
-    return answers and me.state is State.READ_BACK and me.is_partner(u.speaker)
+    of a clock come every 30 s. No may come while the robot makes the motion, which may have begun at once."""
+    takes_back = isinstance(u.statement, m.Negative) and (me.has_read_back or me.state is State.MOVING)
+    answers = takes_back or (isinstance(u.statement, m.Confirmed) and me.has_read_back)
+    return answers and is_for_me_alone(me, u.addressee) and me.is_partner(u.speaker)
 
 
 def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:

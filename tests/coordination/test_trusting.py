@@ -112,6 +112,35 @@ def test_who_gave_a_code_may_confirm_what_was_read_back_and_nobody_else_may() ->
     assert mission.robots["Rob"].task == 1
 
 
+def test_who_gave_a_code_may_take_a_motion_back_while_it_is_made() -> None:
+    """One that was heard surely is made as soon as it is read back, and its code is valid once."""
+    mission = keyed()
+    standing(mission)
+    mission.holds_motion = True
+    rob, now = mission.robots["Rob"], mission.air.now
+    mission.hear(now, mission.book.write(_coded(counted_code(KEY.sheet_key, 0))), "Ann")
+    for name, state in (("Bot", State.MOVING), ("Ann", State.READY)):
+        mission.air.run_until(mission.air.now + 12.0)
+        assert rob.state is State.MOVING
+        mission.hear(mission.air.now, f"Hi Rob, I am {name}, negative", name)
+        mission.air.run_until(mission.air.now + 3.0)
+        assert rob.state is state
+
+
+def test_who_gave_a_code_may_confirm_while_the_robot_is_about_to_repeat_itself() -> None:
+    mission = keyed()
+    standing(mission)
+    order = m.Utterance("Ann", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(1)))
+    text = f"{mission.book.write(order)}, code " + " ".join(counted_code(KEY.sheet_key, 0))
+    mission.hear(mission.air.now, text, "Ann")
+    rob = mission.robots["Rob"]
+    while not (rob.state is State.READING_BACK and rob.knowledge.current.repeats):
+        assert mission.air.now < 100.0
+        mission.air.run_until(mission.air.now + 0.1)
+    rob.heard(m.Utterance("Ann", m.ToRobot("Rob"), None, m.Confirmed()), mission.air.now, trust=Trust.BARE)
+    assert rob.state in AT_WORK
+
+
 def _coded(digits: str) -> m.Utterance:
     return m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
 
