@@ -15,6 +15,8 @@ from hvcpd.config.tasks import Place
 TELL_S, TELL_MAX_S = 20.0, 300.0
 """Between two statements of a robot that it is inside: at first, and doubled after each up to the longest. A robot that
 passes through says it once or twice; one that stays in a dock does not keep people awake."""
+TELL_DOUBLINGS_MAX = 4
+"""Number of doublings by which the pause is the longest. A robot may stay in its dock for weeks."""
 LEASE_TELLS = 3.25
 """A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost, and
 the pause after that is twice as long."""
@@ -138,7 +140,7 @@ class PlaceState:
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""
         self.tells += 1
-        self.tell_s = now + min(TELL_S * 2.0 ** (self.tells - 1), TELL_MAX_S)
+        self.tell_s = now + min(TELL_S * 2.0 ** min(self.tells - 1, TELL_DOUBLINGS_MAX), TELL_MAX_S)
         self.announced = self.announced or self.tells > 1  # it stays, and the others expect to hear when it leaves
 
     def is_taken_by(self, keeper: str, now: float) -> None:

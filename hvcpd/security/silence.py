@@ -22,6 +22,9 @@ class Patience:
     """Longest silence: in the end an attacker has one guess an hour."""
 
 
+DOUBLINGS_MAX = 60.0
+"""Every silence is the longest by then; wrong seals may go on for weeks, and 2 to the power of 1,024 is no number."""
+
 CODE_PATIENCE = Patience(free=2.0, forgive_s=900.0)
 """For six digits, which are guessed sixteen times as easily."""
 
@@ -52,7 +55,8 @@ class GrowingSilence:
         record.level += 1.0
         if record.level <= p.free:
             return None
-        silence_s = float(min(p.first_s * 2.0 ** (record.level - p.free - 1.0), p.longest_s))
+        doublings = min(record.level - p.free - 1.0, DOUBLINGS_MAX)
+        silence_s = float(min(p.first_s * 2.0**doublings, p.longest_s))
         record.silent_until_s = now + silence_s
         return silence_s
 

@@ -13,6 +13,7 @@ from hvcpd.config.tasks import GoTo, Place
 from hvcpd.coordination import right_of_way
 from hvcpd.coordination.actions import Perform, Say
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.place_state import TELL_MAX_S, PlaceState
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -58,6 +59,14 @@ def test_who_is_switched_on_inside_where_all_tasks_are_drives_to_where_it_starts
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
     bot.may_drive((), 2.0)
     assert Perform(0, (GoTo(WEST),)) in bot.actions(2.0)
+
+
+def test_who_stays_in_its_dock_for_weeks_says_so_every_five_minutes() -> None:
+    """The pauses double no further; after three and a half days they were too long for a number."""
+    dock = PlaceState(CORRIDOR, 0.0)
+    for _ in range(2000):
+        dock.tell(0.0)
+    assert dock.tell_s == TELL_MAX_S
 
 
 @pytest.mark.parametrize("seed", [4, 5, 15, 16, 32])

@@ -270,6 +270,14 @@ def test_misheard_seals_now_and_then_silence_nobody() -> None:
         assert trust(bot, said(), seal ^ wrong, 40.0 * number) is (Trust.WRONG if wrong else Trust.SEALED)
 
 
+def test_who_guesses_for_two_months_is_still_heard_once_an_hour() -> None:
+    silence, now = GrowingSilence(), 0.0
+    while now < 60 * 86_400.0:
+        now += silence.wrong("rob", now) or 0.0
+        assert not silence.is_silent("rob", now)
+    assert silence.wrong("rob", now) == Patience().longest_s
+
+
 def test_silence_itself_forgives_nothing() -> None:
     silence = GrowingSilence(Patience(free=1.0, forgive_s=10.0, first_s=100.0))
     silence.wrong("rob", 0.0)
