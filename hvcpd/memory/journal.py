@@ -175,7 +175,7 @@ class Journal:
                 case SaveDue(number, due_s):
                     self._store.set_counter(f"{DUE}{number}", int(due_s))  # a clock that was ahead is set back
                 case SaveChange(number, count, skipped):
-                    self._store.raise_counter(f"{CHANGE}{number}", 2 * count + skipped)
+                    self._store.set_counter(f"{CHANGE}{number}", 2 * count + skipped)
                 case SavePeer(name, team, heard_at_s):
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
                 case SaveCounter(name, value):

@@ -65,6 +65,22 @@ def test_changes_of_tasks_and_what_they_were_done_for_are_remembered(wiring: Wir
     run(scene())
 
 
+def test_of_two_changes_with_one_number_the_last_one_is_remembered(wiring: Wiring) -> None:
+    """Two people want opposite things at one time: "do it again" holds."""
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        journal.write((SaveChange(1, 1, True),), 1.0)
+        journal.write((SaveChange(1, 1, False),), 2.0)
+        await journal.close()
+        again = JournalService(wiring)
+        assert (await again.open()).changes == {1: (1, False)}
+        await again.close()
+
+    run(scene())
+
+
 def test_what_was_done_by_a_clock_that_was_ahead_gives_way_to_what_is_done_by_the_right_one(wiring: Wiring) -> None:
     async def scene() -> None:
         for due_s in (1.8e9, 1.7e9):
