@@ -44,7 +44,7 @@ class SoundDevice:
 
 
 def load_backend() -> Any:
-    """The module sounddevice. Raises DeviceError, with the remedy, if it or PortAudio is missing."""
+    """The module sounddevice. Raises DeviceError, with the remedy, if it or PortAudio is missing, or does not start."""
     try:
         import sounddevice
 
@@ -56,6 +56,8 @@ def load_backend() -> Any:
         ) from error
     except OSError as error:  # sounddevice's way to say that the PortAudio library cannot be loaded
         raise DeviceError(f"the PortAudio library is missing ({error}); `apt install libportaudio2`") from error
+    except Exception as error:  # sounddevice's own, whose class is not there where the import fails
+        raise DeviceError(f"PortAudio does not start ({error}); is ALSA set up? see `aplay -l`") from error
     return sounddevice
 
 
@@ -79,7 +81,8 @@ def list_afresh(backend: Any) -> None:
     Raises DeviceError.
     """
     try:
-        backend._terminate()
+        with suppress(backend.PortAudioError):  # it has ended already where it did not start again the last time
+            backend._terminate()
         backend._initialize()
     except backend.PortAudioError as error:
         raise DeviceError(f"PortAudio cannot be restarted ({error}); does the sound server run?") from error

@@ -58,6 +58,7 @@ class FakeCard:
         self.defaults = defaults
         self.rates_hz = rates_hz
         self.broken = False
+        self.initialised = True
         self.busy = False
         self.refuses_to_start = False
         self.hangs: threading.Event | None = None
@@ -96,11 +97,15 @@ class FakeCard:
 
     def _terminate(self) -> None:
         assert all(stream.closed for stream in (*self.inputs, *self.outputs)), "PortAudio frees what is in use"
+        if not self.initialised:
+            raise self.PortAudioError("PortAudio not initialized [PaErrorCode -10000]")
+        self.initialised = False
         self.listed_afresh += 1
 
     def _initialize(self) -> None:
         if self.broken:
             raise self.PortAudioError("Unanticipated host error [PaErrorCode -9999]")
+        self.initialised = True
 
     def check_input_settings(self, device: int, channels: int, dtype: str, samplerate: int) -> None:
         assert self.devices[device]["max_input_channels"] >= channels

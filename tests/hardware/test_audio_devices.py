@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio import Direction, card_ids, find_device, list_devices
+from hvcpd.hardware.audio import Direction, card_ids, find_device, list_devices, load_backend
 from tests.hardware.fake_card import CAMERA, HEADSET, SPEAKER, FakeCard, device
 
 ALL = (SPEAKER, HEADSET, CAMERA)
@@ -78,6 +79,15 @@ def test_portaudio_that_cannot_tell() -> None:
     card = FakeCard(ALL)
     card.broken = True
     assert "cannot be listed" in fault(card, "input", None)
+
+
+def test_portaudio_that_does_not_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As sounddevice, whose own error nobody can name before it is imported."""
+    (tmp_path / "sounddevice.py").write_text("class PortAudioError(Exception): ...\nraise PortAudioError('host error')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
+    with pytest.raises(DeviceError, match="host error"):
+        load_backend()
 
 
 CARDS = {"Headphones": 0, "Audio": 1, "Camera": 2}

@@ -70,6 +70,21 @@ def test_opened_afresh_the_cards_are_listed_anew() -> None:
     asyncio.run(scene())
 
 
+def test_a_sound_system_that_did_not_start_again_is_started_at_the_next_try() -> None:
+    async def scene() -> None:
+        card = FakeCard()
+        card.broken = True
+        for _ in range(2):
+            with pytest.raises(DeviceError, match="host error"):
+                await AudioStream(SETTINGS, card).open(afresh=True)
+        card.broken = False
+        stream = AudioStream(SETTINGS, card)
+        await stream.open(afresh=True)
+        await stream.close()
+
+    asyncio.run(scene())
+
+
 def test_a_sound_system_that_hangs_while_it_is_opened_is_told_in_time() -> None:
     async def scene() -> None:
         card = FakeCard()
