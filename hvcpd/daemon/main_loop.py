@@ -260,9 +260,7 @@ class Daemon:
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self.wiring.keys is not None:
                 robot.set_clock(self.wiring.wall_s())
-            if self.wiring.settings.clock and robot.coordination.board.recurs:
-                robot.coordination.set_clock(time.time() - robot.now, robot.now)
-            self._keep_hours(robot, time.time())
+            self._keep_time(robot, time.time())
             self._look_at_button()
             robot.is_held_down = self._held_down
             output = robot.step(block.samples, reading, block.lost)
@@ -281,9 +279,11 @@ class Daemon:
             self._tell_manager(robot, sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
-    def _keep_hours(self, robot: Robot, wall_s: float) -> None:
-        """Quiet hours begin and end."""
+    def _keep_time(self, robot: Robot, wall_s: float) -> None:
+        """Tasks are due again, and quiet hours begin and end."""
         c = robot.coordination
+        if c.board.recurs and (known_s := self.wiring.known_s(wall_s)) is not None:
+            c.set_clock(known_s - robot.now, robot.now)
         role = self.wiring.with_talk(c.role, wall_s)
         if role is not c.role:
             c.reconfigure(robot.now, role)

@@ -17,6 +17,7 @@ from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.document import place_of
 from hvcpd.config.names import MAX_NAME_LENGTH, valid_robot_name
+from hvcpd.config.quiet_hours import CLOCK_SET_S
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
@@ -99,6 +100,11 @@ class Wiring:
         softly_db = settings.quiet.level_db if is_quiet else 0.0
         unchanged = (role.talk, role.softly_db) == (talk, softly_db)
         return role if unchanged else replace(role, talk=talk, softly_db=softly_db)
+
+    def known_s(self, wall_s: float) -> float | None:
+        """The time `wall_s` of the computer's clock, s since 1970; None if that is wrong by the settings, or was never
+        set: what is done would be due again once it is."""
+        return wall_s if self.settings.clock and wall_s >= CLOCK_SET_S else None
 
     def with_live(self, role: Role) -> Role:
         """The role with the settings that may change while the robot runs."""

@@ -1,14 +1,19 @@
 """What the settings make of a robot."""
 
+import random
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hvcpd.assembly.make import make_robot
+from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
 from hvcpd.config.task_changes import TaskChanges
-from hvcpd.coordination.actions import Timing
+from hvcpd.config.tasks import TaskDefinition, Wait
+from hvcpd.coordination.actions import Role, Timing
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.entry import DONE, OPEN
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
@@ -46,6 +51,17 @@ def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(absent_s=900.0)))
     robot = make_robot(wiring.plan(), wiring.sound)
     assert robot.coordination.knowledge.timing.absent_s == 900.0
+
+
+@pytest.mark.parametrize("clock", [True, False])
+def test_what_was_done_is_not_due_again_because_the_clock_was_not_set_at_first(tmp_path: Path, clock: bool) -> None:
+    wiring, due_s = wire_up(Settings(name="Rob", state_dir=tmp_path, clock=clock)), 1_790_000_000 // 3600 * 3600.0
+    task = TaskDefinition(1, "water the rose", None, (Wait(20.0),), every=Recurrence("1 h"))
+    rob = Coordination(Role("Rob"), (task,), random.Random(1), remembered={1: (DONE, "Rob")}, dues={1: due_s})
+    for wall_s, state in ((300.0, DONE), (due_s + 1200.0, DONE), (due_s + 3600.0, OPEN if clock else DONE)):
+        if (known_s := wiring.known_s(wall_s)) is not None:
+            rob.set_clock(known_s, 0.0)
+        assert rob.board[1].state == state
 
 
 def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
