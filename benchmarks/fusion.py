@@ -116,6 +116,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     reliability(values, right, counts)
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
     people = ", words of 20 people, people's talk, sounds, digits" if o.data is not None else ""
+    people += ", lines of games" if any(case.kind == "actors' lines" for case in cases) else ""
     return {
         "data": f"{o.sentences} sentences by each of eight synthetic voices, calls, robots, words and prose that are "
         f"no sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
