@@ -15,7 +15,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
-from hvcpd.reporting.ends import ReportedEnds
+from hvcpd.reporting.ends import ReportedEnds, told
 from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Performed, Said, Started, TaskChanged
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.story import Story, tell
@@ -24,8 +24,6 @@ from hvcpd.reporting.text import task_words
 WORD_S = 0.4
 """Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
 3.6 s."""
-SAME_REPORT_S = 600.0
-"""What is reported later than this after its last report has ended again."""
 BINS = 32
 """Parts in which a shift's talk is counted: a quarter of an hour each where it lasts eight hours."""
 
@@ -160,7 +158,7 @@ class _Reader:
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
         self._own, self._begin_s, self._names = own, begin_s, names
-        self._ends = ReportedEnds(SAME_REPORT_S)
+        self._ends = ReportedEnds()
         self._claimed: dict[int, str] = {}
         self._next = 0
 
@@ -187,13 +185,8 @@ class _Reader:
             self.unknown += 1
             return
         member.team = team_of(utterance) or member.team
-        match utterance:
-            case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(complete=True) as confirmed):
-                for ref in confirmed.tasks:  # the report may not have been heard; if one was, it may be another's
-                    if not self._ends.is_done(ref.number, wall_s):
-                        self._complete(ref, self._member(doer), wall_s)
-            case _:
-                self._tell(m.parts(utterance)[-1].statement, member, wall_s)
+        for who, statement in told(utterance, speaker):
+            self._tell(statement, self._member(who), wall_s)
 
     def _member(self, name: str) -> Member:
         return self.members.setdefault(name, Member(name))
@@ -204,7 +197,7 @@ class _Reader:
         heard = Heard(at_s, number, self._own, speaker, text, 1.0 if confidence is None else confidence, math.nan)
         self.events.append(heard)
 
-    def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
+    def _tell(self, statement: m.Statement, member: Member, wall_s: float) -> None:
         match statement:
             case m.Claim() as claim:
                 for each in claim.tasks:
@@ -215,7 +208,10 @@ class _Reader:
             case m.Completed():
                 for done in statement.tasks:
                     self._complete(done, member, wall_s)
-                self._tell(statement.claim, member, wall_s)
+            case m.Confirmed(complete=True):  # the report may not have been heard; if one was, it may be another's
+                for done in statement.tasks:
+                    if not self._ends.is_done(done.number, wall_s):
+                        self._complete(done, member, wall_s)
             case m.Failed(ref) if self._ends.is_new(member.name, m.Failed, ref.number, wall_s):
                 member.failed.append(ref.number)
                 self._change(ref, "open", None, wall_s, member.name)
@@ -226,8 +222,6 @@ class _Reader:
                 self.troubles.append(Trouble(wall_s, f"“stop”, said by {member.name}"))
             case m.Unable(m.TaskByNumber(number)):
                 self.troubles.append(Trouble(wall_s, f"{member.name} cannot do {self._task(number)}"))
-            case m.Relayed(speaker, statement):
-                self._tell(statement, self._member(speaker), wall_s)
             case m.NameTaken():
                 self.troubles.append(Trouble(wall_s, f"two robots answer to the name {member.name}"))
 

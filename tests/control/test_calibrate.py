@@ -19,6 +19,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import clipped_share, find_echo, find_response, level_dbfs, predicted_range_m
 from hvcpd.ports import SAMPLE_RATE_HZ
 from tests.control.echo_room import EchoRoom
+from tests.daemon.running import RunningRobot
 
 
 def options(tmp_path: Path, *more: str) -> argparse.Namespace:
@@ -84,6 +85,25 @@ def test_no_reach_is_predicted_from_digital_silence(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="digital silence"):
         run(options(tmp_path), EchoRoom(noise_rms=0.0).devices, lambda _command: None)
     assert not (tmp_path / "state" / "calibration.json").exists()
+
+
+@pytest.mark.slow
+def test_what_was_measured_in_a_din_takes_the_place_of_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The robot did not understand itself; that was kept, and the doctor found it well."""
+    kept = tmp_path / "state" / "calibration.json"
+    kept.parent.mkdir()
+    kept.write_text("{}")
+    assert run(options(tmp_path), EchoRoom(noise_rms=0.4).devices, lambda _command: None) == 1
+    assert "hvcpctl doctor --only sound tells why\nnothing was kept" in capsys.readouterr().out
+    assert kept.read_text() == "{}"
+
+
+def test_a_robot_that_runs_now_must_be_ended_first(tmp_path: Path) -> None:
+    """Beside a sound server both can use the card: its talk counted as noise, and that was kept."""
+    with RunningRobot(tmp_path), pytest.raises(DeviceError, match="Rob runs now, and its talk would count as noise"):
+        run(options(tmp_path), EchoRoom().devices, lambda _command: None)
 
 
 @settings(max_examples=20)

@@ -113,6 +113,27 @@ def test_that_too_many_programs_follow_already_is_said_at_once(tmp_path: Path) -
         follow.run(options, wait=lambda _s: None)
 
 
+def test_the_robot_that_comes_back_is_the_one_that_ended_whatever_the_settings_mean_by_then(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The sentences and tasks of another robot that had been started meanwhile were shown as of this one, also by MQTT,
+    whose stop button still stopped this one."""
+    file = tmp_path / "hvcpd.yaml"
+    file.write_text(f"{{name: Rob, state_dir: {tmp_path}}}")
+    waits: list[float] = []
+
+    def wait(seconds: float) -> None:
+        waits.append(seconds)
+        file.write_text(f"{{name: Bot, state_dir: {tmp_path}}}")
+        if len(waits) == 2:
+            raise KeyboardInterrupt
+
+    options = make_parser().parse_args(["follow", "--json", "--config", str(file)])
+    with ScriptedDaemon(tmp_path / "rob.sock", [HEARD], lives=2), pytest.raises(KeyboardInterrupt):
+        follow.run(options, wait)
+    assert "Rob is back" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("busy", [0, 4])
 def test_a_daemon_that_ends_or_then_has_too_many_clients_is_waited_for(
     busy: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]

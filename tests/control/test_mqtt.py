@@ -209,9 +209,13 @@ def test_a_broker_that_refuses_us_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("options", "why"),
-    [(["--port", "99999"], "'99999' is not a port"), (["--prefix", "a/#"], "--prefix 'a/#' is not a topic")],
+    [
+        (["--port", "99999"], "'99999' is not a port"),
+        (["--prefix", "a/#"], "--prefix 'a/#' is not a topic"),
+        (["--password-file", "word"], "whose password is it? add --user NAME"),
+    ],
 )
-def test_what_cannot_be_an_address_or_a_topic_is_refused(options: list[str], why: str, tmp_path: Path) -> None:
+def test_what_cannot_be_an_address_a_topic_or_a_login_is_refused(options: list[str], why: str, tmp_path: Path) -> None:
     with RunningRobot(tmp_path):
         bridge = bridge_of(tmp_path, 1883, *options)
         assert why in bridge.communicate(timeout=PATIENCE_S)[1]

@@ -168,6 +168,23 @@ def test_a_failure_that_is_said_until_somebody_confirms_it_counts_once(
     assert json.loads(capsys.readouterr().out)["failed"] == {"Bot": 2}
 
 
+def test_the_audit_counts_what_is_only_passed_on_or_confirmed_as_the_report_of_the_shift_does(
+    memory: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with closing(Store(memory)) as store:
+        for text in (
+            "Hi Anna, I am Rob, Bot says task two complete",
+            "Hi Bot, I am Rob, confirmed two complete, I will complete task four",
+            "Hi Rob, I am Bot, confirmed four complete",
+            "Hi Anna, I am Rob, Bot says task one failed",
+        ):
+            store.append_transcript(TranscriptRecord(50.0, "heard", text.split()[4].strip(","), text))
+    assert main(["audit", "--memory", str(memory), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["done"] == {"5": "Rob", "1": "Rob", "3": "Bot", "2": "Bot", "4": "Rob"}
+    assert (found["shares"], found["failed"]) == ({"Rob": 3, "Bot": 2}, {"Bot": 1})
+
+
 def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with closing(Store(memory)) as store:
         store.append_transcript(TranscriptRecord(50.0, "heard", None, "\x1b[2Jgone\nnext"))
@@ -180,4 +197,5 @@ def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest
 def test_bad_input_names_the_remedy(refused: Refuse, tmp_path: Path, memory: Path) -> None:
     assert "--memory" in refused("transcript", "--memory", tmp_path / "none")
     assert "8h" in refused("audit", "--memory", memory, "--since", "yesterday")
-    assert "2999-01-01 is yet to come" in refused("report", "--memory", memory, "--since", "2999-01-01")
+    for command in ("report", "audit"):
+        assert "2999-01-01 is yet to come" in refused(command, "--memory", memory, "--since", "2999-01-01"), command

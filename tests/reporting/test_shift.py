@@ -16,8 +16,9 @@ from hvcpd.control.cli import make_parser
 from hvcpd.control.live import report
 from hvcpd.errors import ConfigError
 from hvcpd.memory.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
+from hvcpd.reporting.ends import SAME_REPORT_S
 from hvcpd.reporting.occurrences import occurrences
-from hvcpd.reporting.shift import BINS, SAME_REPORT_S, Shift, read_shift
+from hvcpd.reporting.shift import BINS, Shift, read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, page, wall_clock
 from tests.coordination.mission import Mission, plants
 from tests.reporting.shift_example import flower_tasks, made_up
@@ -254,6 +255,16 @@ def test_what_is_passed_on_or_only_confirmed_counts_for_who_did_it_and_once() ->
     )
     members = {member.name: member for member in shift(talk=talk).members}
     assert (members["Rob"].done, members["Bot"].done) == ([1], [2])
+
+
+def test_a_confirmation_tells_whose_task_is_done_also_where_the_sentence_goes_on() -> None:
+    """Of "confirmed one complete, I will complete task two" only the end counted."""
+    talk = (
+        (0.0, "heard", "Bot", "Hi Rob, I am Bot, confirmed one complete, I will complete task two"),
+        (90.0, "said", "Rob", "Hi Bot, I am Rob, confirmed two complete, task three complete"),
+    )
+    members = {member.name: member for member in shift(talk=talk).members}
+    assert (members["Rob"].done, members["Bot"].done) == ([1, 3], [2])
 
 
 def test_nobody_is_drawn_at_two_tasks_at_once() -> None:

@@ -15,6 +15,7 @@ from hvcpd.config.files import write_whole
 from hvcpd.control.doctor.diagnosis import RunCommand, run_command
 from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
+from hvcpd.control.live.daemon_client import running_robot
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
@@ -42,6 +43,9 @@ def run(
     """Speak, listen and set the gain in rounds; then keep the result beside the robot's memory."""
     where = devices or Devices()
     team = load_team(options)
+    name = running_robot(team.settings.name, options)
+    if name is not None:  # a sound server lets both have the card, and gains are kept
+        raise DeviceError(f"{name} runs now, and its talk would count as noise: end it first")
     microphone = find_device(where.sound_backend(), "input", team.settings.audio.input_device)
     mixer = Mixer(command)
     control = None if options.keep_gain else mixer.find(microphone.name, CAPTURE)
@@ -112,7 +116,8 @@ def _finish(
     if response is not None:
         result |= {key: value and round(value, 1) for key, value in asdict(response).items()}
     path = calibration_path(team)
-    if not options.dry_run:
+    is_kept = heard.understood and not options.dry_run
+    if is_kept:
         _keep(path, result)
     if options.json:
         sys.stdout.write(json.dumps(result) + "\n")
@@ -130,9 +135,9 @@ def _finish(
     )
     if response is not None:
         sys.stdout.write(_about_loudspeaker(response))
-    sys.stdout.write(
-        "nothing was kept\n" if options.dry_run else f"kept in {path}; `sudo alsactl store` keeps the gains\n"
-    )
+    if not heard.understood:
+        sys.stdout.write("the robot does not understand its own voice: hvcpctl doctor --only sound tells why\n")
+    sys.stdout.write(f"kept in {path}; `sudo alsactl store` keeps the gains\n" if is_kept else "nothing was kept\n")
     return EX_OK if heard.understood else EX_FAILURE
 
 

@@ -7,7 +7,6 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import closing
 from itertools import chain
 
 from hvcpd.config.settings import WheelSettings
@@ -16,7 +15,7 @@ from hvcpd.control.doctor.diagnosis import fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
-from hvcpd.control.live.daemon_client import find_daemon_of
+from hvcpd.control.live.daemon_client import running_robot
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.preflight import Finding
@@ -60,10 +59,9 @@ def run(
 
 def look_for_daemon(options: argparse.Namespace) -> Iterator[Finding]:
     """Whether the robot runs now, so that others of these checks do not tell what they seem to."""
-    daemon = find_daemon_of(load_settings(options.config, {}, name_needed=False).name, options)
-    if daemon is not None:
-        with closing(daemon):
-            yield note("hvcpd", f"{daemon.name} runs now, and uses the card and the port: end it, and check again")
+    name = running_robot(load_settings(options.config, {}, name_needed=False).name, options)
+    if name is not None:
+        yield note("hvcpd", f"{name} runs now, and uses the card and the port: end it, and check again")
 
 
 def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Finding]:

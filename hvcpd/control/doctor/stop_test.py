@@ -8,7 +8,6 @@ import json
 import random
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 
@@ -17,7 +16,7 @@ import numpy as np
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.config.command_line import print_error
 from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
-from hvcpd.control.live.daemon_client import find_daemon_of
+from hvcpd.control.live.daemon_client import running_robot
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK
@@ -67,10 +66,9 @@ class Call:
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     """Report each call; then the conclusion, and its limits."""
     where, team = devices or Devices(), load_team(options)
-    daemon = find_daemon_of(team.settings.name, options)
-    if daemon is not None:  # a sound server lets both have the card
-        with closing(daemon):
-            print_error("hvcpctl", f"{daemon.name} runs now: it hears the calls, and its talk disturbs; end it first")
+    name = running_robot(team.settings.name, options)
+    if name is not None:  # a sound server lets both have the card
+        print_error("hvcpctl", f"{name} runs now: it hears the calls, and its talk disturbs; end it first")
     found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE

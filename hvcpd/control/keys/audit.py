@@ -12,13 +12,13 @@ from contextlib import closing
 from dataclasses import dataclass, field
 
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.report import vocabulary_of
-from hvcpd.control.live.transcript import open_transcript, since_wall_s
+from hvcpd.control.live.report import past_wall_s, vocabulary_of
+from hvcpd.control.live.transcript import open_transcript
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
-from hvcpd.reporting.ends import ReportedEnds
+from hvcpd.reporting.ends import ReportedEnds, told
 
 REASONS: dict[type, str] = {
     m.Unable: "cannot",
@@ -85,7 +85,7 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable
         except PhraseError:
             found.not_understood += 1
             continue
-        counter.take(utterance, utterance.speaker or row.record.speaker or "somebody")
+        counter.take(utterance, utterance.speaker or row.record.speaker or "somebody", row.wall_s or 0.0)
     return found
 
 
@@ -97,15 +97,15 @@ class _Counter:
         self._pending: dict[tuple[str, str], str] = {}
         self._ends = ReportedEnds()
 
-    def take(self, u: m.Utterance, speaker: str) -> None:
-        """Count a sentence."""
+    def take(self, u: m.Utterance, speaker: str, at_s: float) -> None:
+        """Count a sentence that was said then, s."""
         found, pending = self._found, self._pending
         to = str(u.addressee or m.ToAll())
         found.sentences[speaker] += 1
         answered = pending.get((speaker, to))
         statement = m.parts(u)[-1].statement
-        if isinstance(statement, m.Claim):
-            self._claim(speaker, statement)
+        for who, each in told(u, speaker):
+            self._tell(who, each, at_s)
         match statement:
             case order if isinstance(order, ORDERS):
                 pending[to, speaker] = f"{speaker} to {to}"
@@ -115,32 +115,38 @@ class _Counter:
                 del pending[speaker, to]
             case m.Claim() as claim:
                 found.claims[speaker] += len(claim.tasks)
-            case m.Completed() as report:
-                self._complete(speaker, report)
-            case m.Failed(task):
-                found.failed[speaker] += self._ends.is_new(speaker, m.Failed, task)
+            case m.Completed(claim=m.Claim() as claim):
+                found.claims[speaker] += len(claim.tasks)
             case m.Stop():
                 found.stops[speaker] += 1
             case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
                 found.refusals[f"{speaker} to {to}: {REASONS[type(no)]}"] += 1
                 pending.pop((speaker, to), None)
 
-    def _claim(self, speaker: str, claim: m.Claim) -> None:
-        for task in claim.tasks:
-            self._ends.claimed(speaker, self._numbered.get(task, task))
+    def _tell(self, who: str, statement: m.Statement, at_s: float) -> None:
+        """Count what is told of somebody's tasks."""
+        match statement:
+            case m.Claim():
+                for task in statement.tasks:
+                    self._ends.claimed(who, self._numbered.get(task, task))
+            case m.Completed():
+                for done in statement.tasks:
+                    self._complete(who, done, at_s)
+            case m.Confirmed(complete=True):  # as in the report of a shift
+                for done in statement.tasks:
+                    if not self._ends.is_done(done, at_s):
+                        self._complete(who, done, at_s)
+            case m.Failed(task):
+                self._found.failed[who] += self._ends.is_new(who, m.Failed, task, at_s)
 
-    def _complete(self, speaker: str, report: m.Completed) -> None:
-        for task in report.tasks:
-            self._found.done.setdefault(task.number, speaker)
-            self._found.deeds[speaker] += self._ends.is_new(speaker, m.Completed, task)
-        if report.claim is not None:
-            self._claim(speaker, report.claim)
-            self._found.claims[speaker] += len(report.claim.tasks)
+    def _complete(self, who: str, task: m.TaskByNumber, at_s: float) -> None:
+        self._found.done.setdefault(task.number, who)
+        self._found.deeds[who] += self._ends.is_new(who, m.Completed, task, at_s)
 
 
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
     """Print the counts."""
-    since_s = since_wall_s(options.since, now_s())
+    since_s = past_wall_s(options.since, now_s())
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
         phrasebook, tasks = vocabulary_of(reader, rows, options)

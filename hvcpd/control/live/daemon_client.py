@@ -12,7 +12,7 @@ import struct
 import sys
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -240,6 +240,15 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
         with suppress(NotRunningError, NotAllowedError):
             return DaemonClient(path)
     return None
+
+
+def running_robot(name: str, options: argparse.Namespace) -> str | None:
+    """The name of that robot if it runs here, so that the sound card and the wheels are its own; else None."""
+    daemon = find_daemon_of(name, options)
+    if daemon is None:
+        return None
+    with closing(daemon):
+        return daemon.name
 
 
 def lenient_settings(options: argparse.Namespace, *, noted: bool = True) -> tuple[Settings, str | None]:

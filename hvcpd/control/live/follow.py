@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
@@ -101,7 +102,8 @@ def watch(
     more: Sequence[str] = (),
 ) -> None:
     """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
-    following = _connect(options, more)  # if there is none at the start, that is said at once
+    following = _connect(find_daemon(options), more)  # if there is none at the start, that is said at once
+    path = following.hearing.path  # by the options it might later be another one
     while True:
         with closing(following):
             try:
@@ -109,20 +111,20 @@ def watch(
                 return
             except (NotRunningError, BusyError) as error:
                 show.note(f"{error}; waiting for it to come back")
-        following = _connect_again(options, more, wait)
+        following = _connect_again(path, more, wait)
         show.note(f"{following.hearing.name} is back")
 
 
-def _connect_again(options: argparse.Namespace, more: Sequence[str], wait: Callable[[float], None]) -> Following:
+def _connect_again(path: Path, more: Sequence[str], wait: Callable[[float], None]) -> Following:
     while True:
         wait(LOOK_S)
         with suppress(NotRunningError, BusyError):
-            return _connect(options, more)
+            return _connect(DaemonClient(path), more)
 
 
-def _connect(options: argparse.Namespace, more: Sequence[str]) -> Following:
+def _connect(asking: DaemonClient, more: Sequence[str]) -> Following:
     with ExitStack() as stack:
-        asking = stack.enter_context(closing(find_daemon(options)))
+        stack.enter_context(closing(asking))
         hearing = stack.enter_context(closing(DaemonClient(asking.path)))
         following = Following(asking, hearing)
         following.subscribe(more)

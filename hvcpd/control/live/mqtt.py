@@ -49,6 +49,8 @@ class Broker:
         for option, topic in (("--prefix", options.prefix), ("--discovery", options.discovery)):
             if not topic or set(topic) & WILDCARDS:
                 raise ConfigError(f"{option} {topic!r} is not a topic that can be published to")
+        if options.password_file is not None and not options.user:
+            raise ConfigError("--password-file: whose password is it? add --user NAME")
         self.topic = f"{options.prefix}/{name.lower()}"
         self._address = options.host, options.port or (8883 if options.tls else 1883)
         version: dict[str, Any] = {}

@@ -22,9 +22,7 @@ from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
     """Print the shift, and with --html draw it."""
     end_s = now_s()
-    since_s = since_wall_s(options.since, end_s)
-    if since_s > end_s:
-        raise ConfigError(f"--since {options.since} is yet to come; give a time that has passed")
+    since_s = past_wall_s(options.since, end_s)
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
         phrasebook, tasks = vocabulary_of(reader, rows, options)
@@ -34,6 +32,14 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
             write_shift(shift, options.html)
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     return EX_OK
+
+
+def past_wall_s(since: str | None, now_s: float) -> float:
+    """The time of `--since`, seconds since 1970. Raises ConfigError, also for a time of which nothing can be told."""
+    since_s = since_wall_s(since, now_s)
+    if since_s > now_s:
+        raise ConfigError(f"--since {since} is yet to come; give a time that has passed")
+    return since_s
 
 
 def vocabulary_of(
