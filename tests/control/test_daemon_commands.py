@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import structlog
 
-from hvcpd.config.tasks import GoTo, Place, Tend
+from hvcpd.config.tasks import Forward, GoTo, Place, Tend, Wait
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import status
 from hvcpd.control.live.daemon_client import permission_fault
@@ -126,6 +126,11 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
     assert "there already is a task 11" in ctl("task", "add", *tulip, status=2)
     assert "give a place, or an action" in ctl("task", "add", "water the red tulip", "--number", "12", status=2)
     assert "unknown action 'dance'" in ctl("task", "add", *tulip, "--number", "12", "--action", "dance=5", status=2)
+    asked = ("task", "add", "look at the gate", "--number", "12", "--action")
+    assert "write {wait: 5}" in ctl(*asked, "wait 5", status=2), "refused, too, in the form that this has"
+    assert "found the text '2026-01-01'" in ctl(*asked, "wait=2026-01-01", status=2), "a traceback"
+    assert "task 12, look at the gate: new" in ctl(*asked, "{wait: 5}", "--action", "forward: -0.5")
+    assert robot.bench.body.wiring.tasks.tasks[-1].actions == (Wait(5.0), Forward(-0.5))
     assert json.loads(ctl("task", "remove", "11", "--json"))["changed"][0]["before"] == "water the red tulip"
     assert "there is no task 11" in ctl("task", "remove", "11", status=2)
 

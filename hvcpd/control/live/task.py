@@ -58,10 +58,11 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _action(text: str) -> object:
+    """`wait=5`, or an action as the task file has it. Raises ConfigError for what is no YAML."""
     name, equals, value = text.partition("=")
-    if not equals:
-        return name.strip()
-    document = parse(value.strip().encode("utf-8", "surrogateescape"), "--action")
+    is_short = bool(equals) and not name.lstrip().startswith("{")
+    document = parse((value if is_short else text).strip().encode("utf-8", "surrogateescape"), "--action")
     for fault in document.faults():
         raise ConfigError(fault)
-    return {name.strip(): document.value}
+    found = json.loads(json.dumps(document.value, default=str))  # no task has a date, so it is text
+    return {name.strip(): found} if is_short else found
