@@ -225,7 +225,7 @@ def make_channel_stage(
     first_pass: TemplateRecogniser,
     sound: Sound,
     worker: Worker[ChannelSegment, SearchResult],
-    prepared: bool = True,
+    prepared: bool,
 ) -> ChannelStage:
     """Return the stage that also hears these robots through an unknown channel."""
     check = partial(loss_of_sentence, sound.lexicon.sounds)

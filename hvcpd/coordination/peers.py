@@ -80,7 +80,7 @@ class Peers:
     """All robots and people ever heard. `absent_s`: one that was not heard for this long counts as gone; if the team
     `rests`, only QUIET_S of each silence count, because in a silence nobody could have been heard."""
 
-    def __init__(self, absent_s: float, rests: bool = False) -> None:
+    def __init__(self, absent_s: float, rests: bool) -> None:
         self._absent_s = absent_s
         self._most_s = float("inf")
         self.let_rest(rests)

@@ -150,7 +150,7 @@ def _give(me: Knowledge, p: PlaceState, name: str, now: float, sure: bool = True
     _say_given(me, p, name, now, None if sure else FIRST_SLOT)
 
 
-def _say_given(me: Knowledge, p: PlaceState, name: str, now: float, slot: int | None = None) -> None:
+def _say_given(me: Knowledge, p: PlaceState, name: str, now: float, slot: int | None) -> None:
     """In the keeper's slot or, unless another robot speaks before it, in a later one."""
     said, topic, others = m.PlaceGiven(p.place.name), f"give {p.place.name}", slot is not None
     composing.answer(me, name, topic, said, now, slot or 0, tentative=others, still=lambda: p.keeper == name)

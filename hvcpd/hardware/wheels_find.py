@@ -111,7 +111,7 @@ def examine(settings: WheelSettings, make_port: MakePort = WaitingPort, director
     return WheelFinding(problems=tuple(problems))
 
 
-def stop_anyway(settings: WheelSettings, make_port: MakePort = WaitingPort) -> list[str]:
+def stop_anyway(settings: WheelSettings, make_port: MakePort) -> list[str]:
     """Stop the wheels and switch them off, whatever is wrong with them; return which devices confirmed it, in words.
 
     Without a handshake: an empty battery or a missing motor must not keep the others turning. Raises DeviceError if
@@ -260,7 +260,7 @@ class FoundWheels:
     def __init__(
         self,
         settings: WheelSettings,
-        make_port: MakePort = WaitingPort,
+        make_port: MakePort,
         directory: Path = Path("/dev"),
         joints: Sequence[Joint] = (),
     ) -> None:

@@ -119,7 +119,7 @@ def with_statement(utterance: m.Utterance, statement: m.Statement) -> m.Utteranc
     return replace(utterance, statement=statement)
 
 
-def markable(form: Form, node: Node, encrypts: bool = False) -> Node:
+def markable(form: Form, node: Node, encrypts: bool) -> Node:
     """The pattern `node` of a form with the marks that may follow it; a speaker without a name can have no seal.
 
     Where a team `encrypts`, code words must follow "sealed message".
@@ -133,7 +133,7 @@ def markable(form: Form, node: Node, encrypts: bool = False) -> Node:
     return Series((node, Choice((Series(()), *follow))))
 
 
-def with_marks(graph: WordGraph, cipher_words: int = 0) -> WordGraph:
+def with_marks(graph: WordGraph, cipher_words: int) -> WordGraph:
     """The network with all seals in place of each arc ANY_SEAL, all codes in place of each ANY_CODE, and all ciphers
     of `cipher_words` in place of each ANY_CIPHER.
 

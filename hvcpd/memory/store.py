@@ -118,7 +118,7 @@ class Store:
         """All tasks by number."""
         return tuple(TaskRecord(*row) for row in self._read("SELECT * FROM tasks ORDER BY number"))
 
-    def forget_task(self, number: int, counters: Iterable[str] = ()) -> None:
+    def forget_task(self, number: int, counters: Iterable[str]) -> None:
         """Delete what is known of the task under that number, and these counters."""
         self._write("DELETE FROM tasks WHERE number = ?", (number,))
         for name in counters:

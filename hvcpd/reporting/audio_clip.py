@@ -44,7 +44,7 @@ class Clip:
         return f"{self.rate_hz // 1000} kHz, {self.bits} bit"
 
 
-def make_clip(sound: Samples, spoken_s: Iterable[tuple[float, float]] = (), budget_bytes: int = BUDGET_BYTES) -> Clip:
+def make_clip(sound: Samples, spoken_s: Iterable[tuple[float, float]], budget_bytes: int = BUDGET_BYTES) -> Clip:
     """Pack sound, shape (n,), float32 at 16 kHz, in the best format that `budget_bytes` allows.
 
     16 bit, else 8 bit, else 8 bit at 8 kHz however long it gets. `spoken_s` are the utterances' beginnings and ends,

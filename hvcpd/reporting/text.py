@@ -47,7 +47,7 @@ def over_noise(snr_db: float) -> str:
     return f"{abs(round(snr_db))} dB {'below' if round(snr_db) < 0 else 'over'} the noise"
 
 
-def how_sure(confidence: float | None, snr_db: float | None = None) -> str:
+def how_sure(confidence: float | None, snr_db: float | None) -> str:
     """How a sentence was heard: "heard, 97 % sure, 21 dB over the noise"; NaN or None: not known."""
     if confidence is None or math.isnan(confidence):
         return "heard, the word by itself"

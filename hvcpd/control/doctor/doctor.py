@@ -59,7 +59,7 @@ def run(
 
 def look_for_daemon(options: argparse.Namespace) -> Iterator[Finding]:
     """Whether the robot runs now, so that others of these checks do not tell what they seem to."""
-    name = running_robot(load_settings(options.config, {}, name_needed=False).name, options)
+    name = running_robot(load_settings(options.config, name_needed=False).name, options)
     if name is not None:
         yield note("hvcpd", f"{name} runs now, and uses the card and the port: end it, and check again")
 

@@ -25,10 +25,10 @@ SHOWN_EVERY_S = 0.25
 class DriveShow:
     """A context manager; the live table stands while it is open."""
 
-    def __init__(self, as_json: bool, action: str, warm_up: bool) -> None:
+    def __init__(self, as_json: bool, action: str, dry_run: bool) -> None:
         self._json = as_json
         self._action = action
-        self._warm_up = warm_up
+        self._dry_run = dry_run
         self._console = Console()
         self._live: Live | None = None
         self._shown_s = -math.inf
@@ -46,7 +46,7 @@ class DriveShow:
                 self._shown_s = moment.at_s
                 at_s = round(moment.at_s, 2)
                 self._tell({"event": "moving", "at_s": at_s, **_pose(moment.pose), **_details(moment)})
-        elif self._console.is_terminal and not self._warm_up:
+        elif self._console.is_terminal and not self._dry_run:
             if self._live is None:
                 self._live = Live(console=self._console, refresh_per_second=8)
                 self._live.start()
@@ -75,10 +75,10 @@ class DriveShow:
     def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
         """Show how a journey ended."""
         self.end_live()
-        fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._warm_up}
+        fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._dry_run}
         where = f"x {_plain(pose.x_m, 3)} m, y {_plain(pose.y_m, 3)} m, heading {_degrees(pose)}°"
         what = f"{state.value}{': ' + reason + ';' if reason else ''}"
-        text = f"{'would have ' if self._warm_up else ''}{what} at {where}, after {way_m:.2f} m"
+        text = f"{'would have ' if self._dry_run else ''}{what} at {where}, after {way_m:.2f} m"
         self._tell({**fields, **_pose(pose), "way_m": round(way_m, 3)}, text)
 
     def step(self, name: str, pose: Pose) -> None:

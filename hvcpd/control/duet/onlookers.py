@@ -98,9 +98,9 @@ class Visit:
         self,
         line: str,
         say: Callable[[], Callable[[], bool]],
-        addressee: str = "",
-        may_wait: bool = False,
-        is_stop: bool = False,
+        addressee: str,
+        may_wait: bool,
+        is_stop: bool,
     ) -> None:
         self.line = line
         self.may_wait = may_wait

@@ -71,7 +71,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
 
 
 def _state_dir(options: argparse.Namespace) -> Path:
-    settings = load_settings(options.config, {}, name_needed=False)
+    settings = load_settings(options.config, name_needed=False)
     folder: Path = options.state_dir or settings.state_dir
     if folder.exists() and not folder.is_dir():
         raise ConfigError(f"{folder}: this is no folder; name the one where takes are kept")

@@ -12,7 +12,6 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from hvcpd.assembly.make import make_template_recogniser, templates
 from hvcpd.assembly.sound import Sound
@@ -71,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         samples = read_wav(path)
         for miss in missed(samples, team, said):
             misses += 1
-            found += learn(samples, miss, team, said, Path(path).name)
+            found += learn(samples, miss, team, said, path.name)
     sys.stdout.write(as_yaml(found, team) if found else "")
     if not found:
         what = f"{misses} stretches were not understood, and none is near a sentence but for a word" if misses else ""

@@ -148,7 +148,7 @@ class MqttShow:
     def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
         """The status with the tasks, if something has changed or it is old."""
         self._make_good()
-        lasting = {key: value for key, value in status.items() if key not in RESTING} | {"board": tasks}
+        lasting = {key: value for key, value in status.items() if key not in RESTING}
         lasting["board"] = [{key: value for key, value in task.items() if key != "lease_s"} for task in tasks]
         self._looks += 1
         if lasting == self._sent and self._looks < STATUS_EVERY:

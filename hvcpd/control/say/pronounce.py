@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
     if options.voice_of is not None and not writes:
         raise PhraseError("--as changes the sound alone; leave it out, or write the sound with -o or --track")
-    settings = load_settings(options.config, {}, name_needed=False)
+    settings = load_settings(options.config, name_needed=False)
     sound = make_sound(options.lexicon or settings.lexicon, user_cache_folder(), settings.accent)
     lexicon, builtin = sound.lexicon, Lexicon.load(None, settings.accent)
     if options.paper_table:

@@ -14,11 +14,11 @@ from hvcpd.errors import ConfigError
 
 def run(options: argparse.Namespace) -> int:
     """Have the sentence said by its speaker's daemon, or speak it in that voice."""
-    sound = _sound_options(options)
+    sound = _sound_option(options)
     robot = next((option for option in ("name", "socket") if getattr(options, option) is not None), None)
-    if sound and robot is not None:
-        raise ConfigError(f"--{robot} has a robot say it, which {sound[0]} does not change; leave one of the two out")
-    if not sound:
+    if sound is not None and robot is not None:
+        raise ConfigError(f"--{robot} has a robot say it, which {sound} does not change; leave one of the two out")
+    if sound is None:
         from hvcpd.control.say.asking import daemon_that_says, have_it_said  # not where none is asked
 
         if (daemon := daemon_that_says(options)) is not None:
@@ -29,8 +29,8 @@ def run(options: argparse.Namespace) -> int:
     return speak(options)
 
 
-def _sound_options(options: argparse.Namespace) -> list[str]:
-    """The given options with which this command makes the sound."""
+def _sound_option(options: argparse.Namespace) -> str | None:
+    """The first of the given options with which this command makes the sound."""
     given = {
         "-o": options.output is not None,
         "--as": options.voice_of is not None,
@@ -41,4 +41,4 @@ def _sound_options(options: argparse.Namespace) -> list[str]:
         "--lombard": options.lombard,
         "--local": options.local,
     }
-    return [option for option, is_given in given.items() if is_given]
+    return next((option for option, is_given in given.items() if is_given), None)

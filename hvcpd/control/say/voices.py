@@ -28,7 +28,7 @@ SEMITONES_IN_OCTAVE = 12
 
 def run(options: argparse.Namespace) -> int:
     """Print how the voices differ, then play them one after the other, or write them to a file."""
-    settings = load_settings(options.config, {}, name_needed=False)
+    settings = load_settings(options.config, name_needed=False)
     sound = assign_voices(make_sound(settings.lexicon, user_cache_folder(), settings.accent), settings, tuple)
     if options.natural:
         sound = sound.made_natural()
