@@ -305,7 +305,7 @@ def test_a_reader_that_goes_away_ends_it_in_order(tmp_path: Path, units: Path) -
     assert not any(daemon.robot is None for daemon in both.daemons), "they had not begun"
 
 
-def test_robots_that_end_are_not_broken_off() -> None:
+async def test_robots_that_end_are_not_broken_off() -> None:
     """Of two, the second to end was: its threads made their folder in /tmp anew, and left it there."""
     ended: list[str] = []
 
@@ -317,15 +317,12 @@ def test_robots_that_end_are_not_broken_off() -> None:
                 await asyncio.sleep(0.0)
             ended.append(name)
 
-    async def both() -> None:
-        lives = [asyncio.ensure_future(robot("Rob", 1)), asyncio.ensure_future(robot("Bot", 9))]
-        await asyncio.sleep(0.0)
-        cancel_once(lives)
-        await asyncio.wait(lives, return_when=asyncio.FIRST_COMPLETED)
-        cancel_once(lives)
-        await asyncio.gather(*lives, return_exceptions=True)
-
-    asyncio.run(both())
+    lives = [asyncio.ensure_future(robot("Rob", 1)), asyncio.ensure_future(robot("Bot", 9))]
+    await asyncio.sleep(0.0)
+    cancel_once(lives)
+    await asyncio.wait(lives, return_when=asyncio.FIRST_COMPLETED)
+    cancel_once(lives)
+    await asyncio.gather(*lives, return_exceptions=True)
     assert ended == ["Rob", "Bot"]
 
 

@@ -19,7 +19,7 @@ from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES, Request
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES, Client, ControlServer
 from hvcpd.errors import RunningError
-from tests.daemon.control_bench import ControlBench, Talk, control, run
+from tests.daemon.control_bench import ControlBench, Talk, control
 from tests.daemon.test_control_service import ORDER
 
 
@@ -29,70 +29,61 @@ async def lives_on(bench: ControlBench, other: Talk) -> None:
     assert (await other.ask("status"))["ok"]
 
 
-def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            deaf, other = await bench.connect(), await bench.connect()
-            await deaf.ask("subscribe", events=["heard"])
-            deaf.writer.transport.pause_reading()  # type: ignore[attr-defined]
-            words = [(word, 0.0, 1.0) for word in ORDER]
-            one = len(json.dumps({"event": "heard", "words": words}))
-            with capture_logs() as logs:
-                for _ in range(4 * MAX_UNREAD_BYTES // one):
-                    bench.service.publish({"event": "heard", "words": words})
-                await lives_on(bench, other)
-            assert [line["reason"] for line in logs if line["event"] == "control client disconnected"] == [
-                "it does not read"
-            ]
-            deaf.writer.transport.abort()
-            await other.hang_up()
-
-    run(scene())
-
-
-def test_a_line_too_long_and_a_line_cut_short_end_only_their_client(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            other = await bench.connect()
-            long = await bench.connect()
-            assert (await long.say(b"x" * (3 * MAX_LINE_BYTES)))["error"]["code"] == "too_long"
-            assert await long.line() is None
-            cut = await bench.connect()
-            cut.writer.write(b'{"command": "st')
-            await cut.hang_up()
-            longest = b'{"command":"status"' + b" " * (MAX_LINE_BYTES - 21) + b"}\n"
-            assert (await other.say(longest))["ok"]
+async def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        deaf, other = await bench.connect(), await bench.connect()
+        await deaf.ask("subscribe", events=["heard"])
+        deaf.writer.transport.pause_reading()  # type: ignore[attr-defined]
+        words = [(word, 0.0, 1.0) for word in ORDER]
+        one = len(json.dumps({"event": "heard", "words": words}))
+        with capture_logs() as logs:
+            for _ in range(4 * MAX_UNREAD_BYTES // one):
+                bench.service.publish({"event": "heard", "words": words})
             await lives_on(bench, other)
-            await long.hang_up()
-            await other.hang_up()
-
-    run(scene())
-
-
-def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            talks = [await bench.connect() for _ in range(MAX_CLIENTS)]
-            for number, talk in enumerate(talks[: MAX_FOLLOWERS + 1]):
-                reply = await talk.ask("subscribe", events=["heard"])
-                assert reply["ok"] == (number < MAX_FOLLOWERS)
-            hanging = talks[MAX_FOLLOWERS]
-            for talk in talks[MAX_FOLLOWERS + 1 :]:
-                await talk.ask("status")
-            late = await bench.connect()
-            assert (await late.ask("stop"))["ok"], "there is always room for who wants to stop the robot"
-            gone = await hanging.line()
-            assert gone is not None
-            assert gone["error"]["code"] == "busy"
-            assert await hanging.line() is None
-            await lives_on(bench, talks[0])
-            for talk in (*talks, late):
-                await talk.hang_up()
-
-    run(scene())
+        assert [line["reason"] for line in logs if line["event"] == "control client disconnected"] == [
+            "it does not read"
+        ]
+        deaf.writer.transport.abort()
+        await other.hang_up()
 
 
-def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Path) -> None:
+async def test_a_line_too_long_and_a_line_cut_short_end_only_their_client(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        other = await bench.connect()
+        long = await bench.connect()
+        assert (await long.say(b"x" * (3 * MAX_LINE_BYTES)))["error"]["code"] == "too_long"
+        assert await long.line() is None
+        cut = await bench.connect()
+        cut.writer.write(b'{"command": "st')
+        await cut.hang_up()
+        longest = b'{"command":"status"' + b" " * (MAX_LINE_BYTES - 21) + b"}\n"
+        assert (await other.say(longest))["ok"]
+        await lives_on(bench, other)
+        await long.hang_up()
+        await other.hang_up()
+
+
+async def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        talks = [await bench.connect() for _ in range(MAX_CLIENTS)]
+        for number, talk in enumerate(talks[: MAX_FOLLOWERS + 1]):
+            reply = await talk.ask("subscribe", events=["heard"])
+            assert reply["ok"] == (number < MAX_FOLLOWERS)
+        hanging = talks[MAX_FOLLOWERS]
+        for talk in talks[MAX_FOLLOWERS + 1 :]:
+            await talk.ask("status")
+        late = await bench.connect()
+        assert (await late.ask("stop"))["ok"], "there is always room for who wants to stop the robot"
+        gone = await hanging.line()
+        assert gone is not None
+        assert gone["error"]["code"] == "busy"
+        assert await hanging.line() is None
+        await lives_on(bench, talks[0])
+        for talk in (*talks, late):
+            await talk.hang_up()
+
+
+async def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Path) -> None:
     """It waited while the words of a new task were compared, on a Raspberry Pi for 20 s, and the robot drove on."""
     compared = asyncio.Event()
 
@@ -101,129 +92,109 @@ def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Pat
             await compared.wait()
         return {"done": request.command}
 
-    async def scene() -> None:
-        server, listener = ControlServer(serve, lambda: {"event": "hello"}), socket.socket(socket.AF_UNIX)
-        listener.bind(str(tmp_path / "a.sock"))
-        listener.listen()
-        server.open(listener)
-        talk, other, crowd = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(3)]
-        stopped = await talk.say(b'{"id": 1, "command": "task"}\n{"id": 2, "command": "stop"}\n')
-        assert stopped == {"id": 2, "ok": True, "result": {"done": "stop"}}
-        refused = await crowd.say(b'{"id": 4, "command": "task"}\n' * 8 + b'{"id": 5, "command": "status"}\n')
-        assert (refused["id"], refused["error"]["code"]) == (5, "busy")
-        assert (await crowd.say(b'{"id": 6, "command": "stop"}\n'))["result"] == {"done": "stop"}
-        in_order = asyncio.create_task(other.say(b'{"command": "task"}\n{"command": "tasks"}\n'))
-        for _ in range(3):
-            await talk.say(b'{"id": 3, "command": "status"}\n')
-        compared.set()
-        assert (await in_order)["result"] == {"done": "task"}
-        assert (await talk.line() or {})["id"] == 1
+    server, listener = ControlServer(serve, lambda: {"event": "hello"}), socket.socket(socket.AF_UNIX)
+    listener.bind(str(tmp_path / "a.sock"))
+    listener.listen()
+    server.open(listener)
+    talk, other, crowd = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(3)]
+    stopped = await talk.say(b'{"id": 1, "command": "task"}\n{"id": 2, "command": "stop"}\n')
+    assert stopped == {"id": 2, "ok": True, "result": {"done": "stop"}}
+    refused = await crowd.say(b'{"id": 4, "command": "task"}\n' * 8 + b'{"id": 5, "command": "status"}\n')
+    assert (refused["id"], refused["error"]["code"]) == (5, "busy")
+    assert (await crowd.say(b'{"id": 6, "command": "stop"}\n'))["result"] == {"done": "stop"}
+    in_order = asyncio.create_task(other.say(b'{"command": "task"}\n{"command": "tasks"}\n'))
+    for _ in range(3):
+        await talk.say(b'{"id": 3, "command": "status"}\n')
+    compared.set()
+    assert (await in_order)["result"] == {"done": "task"}
+    assert (await talk.line() or {})["id"] == 1
+    await talk.hang_up()
+    await other.hang_up()
+    await crowd.hang_up()
+    await server.close()
+
+
+async def test_a_second_daemon_of_the_name_does_not_start(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        second = ControlBench(tmp_path)
+        with pytest.raises(RunningError, match="already runs on this computer"):
+            await second.service.open()
+        await second.service.close()
+        second.service.release()
+        talk = await bench.connect()
+        await lives_on(bench, talk)
         await talk.hang_up()
-        await other.hang_up()
-        await crowd.hang_up()
-        await server.close()
-
-    run(scene())
 
 
-def test_a_second_daemon_of_the_name_does_not_start(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            second = ControlBench(tmp_path)
-            with pytest.raises(RunningError, match="already runs on this computer"):
-                await second.service.open()
-            await second.service.close()
-            second.service.release()
-            talk = await bench.connect()
-            await lives_on(bench, talk)
-            await talk.hang_up()
-
-    run(scene())
-
-
-def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> None:
+async def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-
-    async def scene() -> None:
-        with capture_logs() as logs:
-            async with control(tmp_path, **{"control.socket": str(tmp_path / "file" / "rob.sock")}) as bench:
-                await bench.live(blocks=2)
-        (warning,) = [line for line in logs if line["event"] == "no control socket"]
-        assert "control.socket" in warning["remedy"]
-        (tmp_path / "rob.sock.lock").mkdir()
-        with capture_logs() as logs:
-            async with control(tmp_path, **{"control.socket": str(tmp_path / "rob.sock")}):
-                pass
-        (warning,) = [line for line in logs if line["event"] == "no control socket"]
-        assert (warning["path"], warning["reason"]) == (str(tmp_path / "rob.sock.lock"), "Is a directory")
-        async with control(tmp_path, **{"control.enabled": False}) as bench:
-            assert not bench.path.exists()
+    with capture_logs() as logs:
+        async with control(tmp_path, **{"control.socket": str(tmp_path / "file" / "rob.sock")}) as bench:
             await bench.live(blocks=2)
+    (warning,) = [line for line in logs if line["event"] == "no control socket"]
+    assert "control.socket" in warning["remedy"]
+    (tmp_path / "rob.sock.lock").mkdir()
+    with capture_logs() as logs:
+        async with control(tmp_path, **{"control.socket": str(tmp_path / "rob.sock")}):
+            pass
+    (warning,) = [line for line in logs if line["event"] == "no control socket"]
+    assert (warning["path"], warning["reason"]) == (str(tmp_path / "rob.sock.lock"), "Is a directory")
+    async with control(tmp_path, **{"control.enabled": False}) as bench:
+        assert not bench.path.exists()
+        await bench.live(blocks=2)
 
-    run(scene())
 
-
-def test_a_socket_whose_folder_is_removed_is_made_again_as_soon_as_it_can_be(tmp_path: Path) -> None:
+async def test_a_socket_whose_folder_is_removed_is_made_again_as_soon_as_it_can_be(tmp_path: Path) -> None:
     """A robot that was started in a terminal could not be stopped by command after its user had logged out."""
     runtime = tmp_path / "run"
     runtime.mkdir()
+    async with control(tmp_path, **{"control.socket": str(runtime / "hvcpd" / "rob.sock")}) as bench:
+        before = await bench.connect()
+        shutil.rmtree(runtime)
+        runtime.write_text("no folder can be made here")
+        with capture_logs() as logs:
+            await bench.live(blocks=600)
+        assert [line["event"] for line in logs] == ["no control socket"]
+        runtime.unlink()
+        await bench.live(blocks=300)
+        talk = await bench.connect()
+        assert (await talk.ask("stop"))["ok"]
+        assert (await before.ask("status"))["result"]["stopped"]
+        await before.hang_up()
+        await talk.hang_up()
 
-    async def scene() -> None:
-        async with control(tmp_path, **{"control.socket": str(runtime / "hvcpd" / "rob.sock")}) as bench:
-            before = await bench.connect()
-            shutil.rmtree(runtime)
-            runtime.write_text("no folder can be made here")
-            with capture_logs() as logs:
-                await bench.live(blocks=600)
-            assert [line["event"] for line in logs] == ["no control socket"]
-            runtime.unlink()
-            await bench.live(blocks=300)
-            talk = await bench.connect()
-            assert (await talk.ask("stop"))["ok"]
-            assert (await before.ask("status"))["result"]["stopped"]
-            await before.hang_up()
+
+async def test_a_socket_of_another_daemon_is_left_alone(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        shutil.rmtree(tmp_path / "state")
+        second = ControlBench(tmp_path)
+        await second.open()
+        await bench.live(blocks=300)
+        talk = await second.connect()
+        assert (await talk.ask("status"))["ok"]
+        await talk.hang_up()
+        bench.service.release()
+        assert second.path.exists()
+        await second.close()
+
+
+async def test_who_says_nothing_takes_nobodys_place(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        asking = await bench.connect()
+        await asking.ask("status")
+        silent = [await bench.connect() for _ in range(MAX_WAITING + 3)]
+        assert [await talk.line() for talk in silent[:3]] == [
+            {
+                "id": None,
+                "ok": False,
+                "error": {"code": "busy", "text": f"{MAX_WAITING} programs wait to be served"},
+            }
+        ] * 3
+        assert await silent[0].line() is None
+        assert (await silent[3].ask("status"))["ok"]
+        assert (await asking.ask("stop"))["ok"]
+        for talk in (asking, *silent):
             await talk.hang_up()
-
-    run(scene())
-
-
-def test_a_socket_of_another_daemon_is_left_alone(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            shutil.rmtree(tmp_path / "state")
-            second = ControlBench(tmp_path)
-            await second.open()
-            await bench.live(blocks=300)
-            talk = await second.connect()
-            assert (await talk.ask("status"))["ok"]
-            await talk.hang_up()
-            bench.service.release()
-            assert second.path.exists()
-            await second.close()
-
-    run(scene())
-
-
-def test_who_says_nothing_takes_nobodys_place(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            asking = await bench.connect()
-            await asking.ask("status")
-            silent = [await bench.connect() for _ in range(MAX_WAITING + 3)]
-            assert [await talk.line() for talk in silent[:3]] == [
-                {
-                    "id": None,
-                    "ok": False,
-                    "error": {"code": "busy", "text": f"{MAX_WAITING} programs wait to be served"},
-                }
-            ] * 3
-            assert await silent[0].line() is None
-            assert (await silent[3].ask("status"))["ok"]
-            assert (await asking.ask("stop"))["ok"]
-            for talk in (asking, *silent):
-                await talk.hang_up()
-
-    run(scene())
 
 
 CHUNKS = st.one_of(

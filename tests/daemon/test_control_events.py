@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 
 import pytest
@@ -31,20 +30,16 @@ def test_what_a_robot_thinks_of_a_speaker_is_told(record: Record, text: str) -> 
     assert "noted" in KINDS
 
 
-def test_why_driving_failed_is_told_and_written_down_and_logged(tmp_path: Path) -> None:
+async def test_why_driving_failed_is_told_and_written_down_and_logged(tmp_path: Path) -> None:
     wiring, stuck = wire_up(Settings(name="Rob", state_dir=tmp_path)), StuckRecord(1.0, 3, "a wheel is blocked")
     told = EventSource("Rob", Meter()).of_step(Bench().robot, [stuck], False)
     assert Noted(1.0, "Rob", None, "driving failed: a wheel is blocked") in list(told)
     with capture_logs() as logs:
         log_record(stuck, wiring.tasks)
     assert (logs[0]["log_level"], logs[0]["task"], logs[0]["reason"]) == ("warning", 3, "a wheel is blocked")
-
-    async def scene() -> None:
-        journal = JournalService(wiring)
-        await journal.open()
-        journal.write((stuck,), 1.0)
-        (row,) = await journal.transcript(0, 0.0, 10)
-        assert row.record.text == "driving failed: a wheel is blocked"
-        await journal.close()
-
-    asyncio.run(scene())
+    journal = JournalService(wiring)
+    await journal.open()
+    journal.write((stuck,), 1.0)
+    (row,) = await journal.transcript(0, 0.0, 10)
+    assert row.record.text == "driving failed: a wheel is blocked"
+    await journal.close()

@@ -9,38 +9,32 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from tests.daemon.control_bench import control, run
+from tests.daemon.control_bench import control
 from tests.robot.test_hold import BLOCK
 
 
-def test_who_asks_gets_every_sample_in_order(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path, control={"sound": True}) as bench:
-            talk = await bench.connect()
-            await bench.live(blocks=3)
-            begin_s = bench.bench.robot.now
-            assert (await talk.ask("subscribe", events=["sound"]))["ok"]
-            n_blocks = round(0.5 * SAMPLE_RATE_HZ / BLOCK)
-            await bench.live(blocks=n_blocks)
-            first, second = [await talk.line() or {} for _ in range(2)]
-            assert first["at_s"] == pytest.approx(begin_s), "from its first sample on, and nothing from before"
-            pcm = [np.frombuffer(base64.b64decode(event["pcm"]), "<i2") for event in (first, second)]
-            assert second["at_s"] == pytest.approx(begin_s + len(pcm[0]) / SAMPLE_RATE_HZ)
-            assert np.concatenate(pcm) / 32767 == pytest.approx(np.full(n_blocks * BLOCK, 0.1), abs=1e-4)
-            await talk.hang_up()
-
-    run(scene())
+async def test_who_asks_gets_every_sample_in_order(tmp_path: Path) -> None:
+    async with control(tmp_path, control={"sound": True}) as bench:
+        talk = await bench.connect()
+        await bench.live(blocks=3)
+        begin_s = bench.bench.robot.now
+        assert (await talk.ask("subscribe", events=["sound"]))["ok"]
+        n_blocks = round(0.5 * SAMPLE_RATE_HZ / BLOCK)
+        await bench.live(blocks=n_blocks)
+        first, second = [await talk.line() or {} for _ in range(2)]
+        assert first["at_s"] == pytest.approx(begin_s), "from its first sample on, and nothing from before"
+        pcm = [np.frombuffer(base64.b64decode(event["pcm"]), "<i2") for event in (first, second)]
+        assert second["at_s"] == pytest.approx(begin_s + len(pcm[0]) / SAMPLE_RATE_HZ)
+        assert np.concatenate(pcm) / 32767 == pytest.approx(np.full(n_blocks * BLOCK, 0.1), abs=1e-4)
+        await talk.hang_up()
 
 
-def test_a_robot_keeps_what_it_hears_to_itself_unless_its_settings_say_otherwise(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            talk = await bench.connect()
-            refused = await talk.ask("subscribe", events=["heard", "sound"])
-            assert "control: {sound: true}" in refused["error"]["text"]
-            assert "sound" not in (await talk.ask("subscribe"))["result"]["events"]
-            await bench.live(blocks=round(SAMPLE_RATE_HZ / BLOCK))
-            assert (await talk.ask("status"))["ok"]
-            await talk.hang_up()
-
-    run(scene())
+async def test_a_robot_keeps_what_it_hears_to_itself_unless_its_settings_say_otherwise(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        talk = await bench.connect()
+        refused = await talk.ask("subscribe", events=["heard", "sound"])
+        assert "control: {sound: true}" in refused["error"]["text"]
+        assert "sound" not in (await talk.ask("subscribe"))["result"]["events"]
+        await bench.live(blocks=round(SAMPLE_RATE_HZ / BLOCK))
+        assert (await talk.ask("status"))["ok"]
+        await talk.hang_up()

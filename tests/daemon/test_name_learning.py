@@ -69,7 +69,7 @@ class School:
         await name_learning.settled()
 
 
-def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
+async def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
     school = School(None)
     taken: list[str] = []
 
@@ -79,14 +79,10 @@ def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
         then()
 
     school.adaptation.adopt = adopt  # type: ignore[attr-defined]
-
-    async def scene() -> None:
-        name_learning = school.name_learning()
-        more = TaskRepository((TaskDefinition(2, "sweep the floor", None, (Tend(1.0),)),))
-        name_learning.retask(more, lambda: taken.append("told"))
-        await name_learning.settled()
-
-    run(scene())
+    name_learning = school.name_learning()
+    more = TaskRepository((TaskDefinition(2, "sweep the floor", None, (Tend(1.0),)),))
+    name_learning.retask(more, lambda: taken.append("told"))
+    await name_learning.settled()
     assert taken == ["sweep the floor", "water the red rose", "told"], "it may still have to speak of the other"
 
 

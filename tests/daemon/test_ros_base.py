@@ -21,7 +21,7 @@ from hvcpd.hardware.kinematics import Twist
 from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.ros_base import FRESH_S, LASTING_S, NEVER, BaseReport, RosBase
 from hvcpd.ports import STANDSTILL, Pose, WheelReading
-from tests.daemon.control_bench import ControlBench, Talk, run
+from tests.daemon.control_bench import ControlBench, Talk
 
 ODOMETRY = {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "linear_m_s": 0.0, "angular_rad_s": 0.0}
 
@@ -98,36 +98,30 @@ async def until(talk: Talk, **fields: object) -> dict[str, Any]:
             return line
 
 
-def test_without_a_base_nothing_that_drives_is_claimed_and_with_it_the_robot_drives(tmp_path: Path) -> None:
-    async def scene() -> None:
-        clock = Hand()
-        async with ros_bench(tmp_path, clock) as (bench, talk):
-            robot = bench.bench.robot
-            await bench.live(blocks=1200)
-            assert robot.coordination.task is None
-            assert robot.coordination.role.unable == {1}
-            assert (await told(talk))["ok"]
-            await drive_off(bench, talk)
-            await bench.live(blocks=4)
-            drive = await until(talk, stopped=False, goal=None)
-            while drive["linear_m_s"] == 0.0:
-                drive = await until(talk)
-            assert drive["linear_m_s"] > 0.0
-            assert drive["angular_rad_s"] == pytest.approx(0.0)
-
-    run(scene())
+async def test_without_a_base_nothing_that_drives_is_claimed_and_with_it_the_robot_drives(tmp_path: Path) -> None:
+    clock = Hand()
+    async with ros_bench(tmp_path, clock) as (bench, talk):
+        robot = bench.bench.robot
+        await bench.live(blocks=1200)
+        assert robot.coordination.task is None
+        assert robot.coordination.role.unable == {1}
+        assert (await told(talk))["ok"]
+        await drive_off(bench, talk)
+        await bench.live(blocks=4)
+        drive = await until(talk, stopped=False, goal=None)
+        while drive["linear_m_s"] == 0.0:
+            drive = await until(talk)
+        assert drive["linear_m_s"] > 0.0
+        assert drive["angular_rad_s"] == pytest.approx(0.0)
 
 
-def test_why_there_is_no_base_is_told_once(tmp_path: Path) -> None:
-    async def scene() -> None:
-        with capture_logs() as logs:
-            async with ros_bench(tmp_path, Hand()) as (bench, _):
-                await bench.live(blocks=200)
-        told = {line["event"]: line.get("reason") for line in logs}
-        assert told["no base"] is None
-        assert told["wheels failed"] == NEVER
-
-    run(scene())
+async def test_why_there_is_no_base_is_told_once(tmp_path: Path) -> None:
+    with capture_logs() as logs:
+        async with ros_bench(tmp_path, Hand()) as (bench, _):
+            await bench.live(blocks=200)
+    told = {line["event"]: line.get("reason") for line in logs}
+    assert told["no base"] is None
+    assert told["wheels failed"] == NEVER
 
 
 async def drive_off(bench: ControlBench, talk: Talk) -> None:
@@ -138,62 +132,55 @@ async def drive_off(bench: ControlBench, talk: Talk) -> None:
         await bench.live(blocks=4)
 
 
-def test_when_the_odometry_stops_the_base_is_told_to_stand_and_the_task_is_free_again_later(tmp_path: Path) -> None:
-    async def scene() -> None:
-        clock = Hand()
-        async with ros_bench(tmp_path, clock) as (bench, talk):
-            await drive_off(bench, talk)
-            clock.now_s += FRESH_S + 0.01
-            await bench.live(blocks=1)
-            await until(talk, linear_m_s=0.0)
-            robot = bench.bench.robot
-            while "Rob" not in robot.coordination.board[1].failed_by:
-                await bench.live()
-            assert robot.coordination.role.unable == {1}
-            await told(talk)
-            await bench.live(blocks=2)
-            assert robot.coordination.role.unable == frozenset()
-            assert robot.coordination.board[1].failed_by == frozenset()
-            assert bench.body.wheels is not None
-            assert bench.body.wheels.fault is None
-
-    run(scene())
-
-
-def test_a_goal_is_told_while_there_is_a_base_and_its_end_is_taken(tmp_path: Path) -> None:
-    async def scene() -> None:
-        clock, navigator = Hand(), GoalNavigator()
-        navigator.start(GoTo(1.0, 2.0), Pose(0.0, 0.0))
-        async with ros_bench(tmp_path, clock, navigator) as (bench, talk):
-            reading = WheelReading(0.0, 0.0)
-            navigator.step(Pose(0.0, 0.0), 0.0, reading)
-            await bench.live(blocks=4)
-            await until(talk, goal=None)
-            await told(talk)
-            await bench.live(blocks=1)
-            await until(talk, goal={"number": 1, "x_m": 1.0, "y_m": 2.0})
-            assert (await talk.ask("base", goal=1, arrived=False, reason="a wall"))["ok"]
-            assert (navigator.state, navigator.reason) == (MotionState.FAILED, "a wall")
-            await bench.live(blocks=1)
-            await until(talk, goal=None)
-
-    run(scene())
+async def test_when_the_odometry_stops_the_base_is_told_to_stand_and_the_task_is_free_again_later(
+    tmp_path: Path,
+) -> None:
+    clock = Hand()
+    async with ros_bench(tmp_path, clock) as (bench, talk):
+        await drive_off(bench, talk)
+        clock.now_s += FRESH_S + 0.01
+        await bench.live(blocks=1)
+        await until(talk, linear_m_s=0.0)
+        robot = bench.bench.robot
+        while "Rob" not in robot.coordination.board[1].failed_by:
+            await bench.live()
+        assert robot.coordination.role.unable == {1}
+        await told(talk)
+        await bench.live(blocks=2)
+        assert robot.coordination.role.unable == frozenset()
+        assert robot.coordination.board[1].failed_by == frozenset()
+        assert bench.body.wheels is not None
+        assert bench.body.wheels.fault is None
 
 
-def test_stop_is_told_until_resume(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with ros_bench(tmp_path, Hand()) as (bench, talk):
-            await drive_off(bench, talk)
-            robot = bench.bench.robot
-            await talk.ask("stop")
-            await bench.live(blocks=2)
-            stopped = await until(talk, stopped=True)
-            assert (stopped["linear_m_s"], stopped["angular_rad_s"]) == (0.0, 0.0)
-            robot.coordination.resume(robot.now)
-            await bench.live(blocks=4)
-            await until(talk, stopped=False)
+async def test_a_goal_is_told_while_there_is_a_base_and_its_end_is_taken(tmp_path: Path) -> None:
+    clock, navigator = Hand(), GoalNavigator()
+    navigator.start(GoTo(1.0, 2.0), Pose(0.0, 0.0))
+    async with ros_bench(tmp_path, clock, navigator) as (bench, talk):
+        reading = WheelReading(0.0, 0.0)
+        navigator.step(Pose(0.0, 0.0), 0.0, reading)
+        await bench.live(blocks=4)
+        await until(talk, goal=None)
+        await told(talk)
+        await bench.live(blocks=1)
+        await until(talk, goal={"number": 1, "x_m": 1.0, "y_m": 2.0})
+        assert (await talk.ask("base", goal=1, arrived=False, reason="a wall"))["ok"]
+        assert (navigator.state, navigator.reason) == (MotionState.FAILED, "a wall")
+        await bench.live(blocks=1)
+        await until(talk, goal=None)
 
-    run(scene())
+
+async def test_stop_is_told_until_resume(tmp_path: Path) -> None:
+    async with ros_bench(tmp_path, Hand()) as (bench, talk):
+        await drive_off(bench, talk)
+        robot = bench.bench.robot
+        await talk.ask("stop")
+        await bench.live(blocks=2)
+        stopped = await until(talk, stopped=True)
+        assert (stopped["linear_m_s"], stopped["angular_rad_s"]) == (0.0, 0.0)
+        robot.coordination.resume(robot.now)
+        await bench.live(blocks=4)
+        await until(talk, stopped=False)
 
 
 @pytest.mark.parametrize(
@@ -205,43 +192,34 @@ def test_stop_is_told_until_resume(tmp_path: Path) -> None:
         (ODOMETRY | {"wings": 2}, "bad_argument"),
     ],
 )
-def test_what_is_no_odometry_is_refused(tmp_path: Path, arguments: dict[str, object], code: str) -> None:
-    async def scene() -> None:
-        async with ros_bench(tmp_path, Hand()) as (_, talk):
-            reply = await talk.ask("base", **arguments)
-            assert reply["error"]["code"] == code
-
-    run(scene())
+async def test_what_is_no_odometry_is_refused(tmp_path: Path, arguments: dict[str, object], code: str) -> None:
+    async with ros_bench(tmp_path, Hand()) as (_, talk):
+        reply = await talk.ask("base", **arguments)
+        assert reply["error"]["code"] == code
 
 
-def test_who_has_wheels_of_its_own_takes_no_odometry(tmp_path: Path) -> None:
-    async def scene() -> None:
-        bench = ControlBench(tmp_path)
-        await bench.open()
-        try:
-            talk = await bench.connect()
-            reply = await told(talk)
-            assert reply["error"]["code"] == "refused"
-            await talk.ask("subscribe", events=["odom", "drive"])
-            await bench.live(blocks=8)
-            line = await talk.line()
-            assert line is not None
-            assert line["event"] == "odom"
-            assert line["x_m"] == pytest.approx(bench.bench.robot.odometry.pose.x_m)
-        finally:
-            await bench.close()
-
-    run(scene())
+async def test_who_has_wheels_of_its_own_takes_no_odometry(tmp_path: Path) -> None:
+    bench = ControlBench(tmp_path)
+    await bench.open()
+    try:
+        talk = await bench.connect()
+        reply = await told(talk)
+        assert reply["error"]["code"] == "refused"
+        await talk.ask("subscribe", events=["odom", "drive"])
+        await bench.live(blocks=8)
+        line = await talk.line()
+        assert line is not None
+        assert line["event"] == "odom"
+        assert line["x_m"] == pytest.approx(bench.bench.robot.odometry.pose.x_m)
+    finally:
+        await bench.close()
 
 
-def test_a_reload_keeps_in_mind_that_there_is_no_base(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with ros_bench(tmp_path, Hand()) as (bench, talk):
-            await bench.live()
-            (bench.file).write_text("mode: volunteer\npick: random\n")
-            reply = await talk.ask("reload")
-            assert reply["result"]["changed"]
-            role = bench.bench.robot.coordination.role
-            assert role == replace(role, nearest_first=False, unable=frozenset({1}))
-
-    run(scene())
+async def test_a_reload_keeps_in_mind_that_there_is_no_base(tmp_path: Path) -> None:
+    async with ros_bench(tmp_path, Hand()) as (bench, talk):
+        await bench.live()
+        (bench.file).write_text("mode: volunteer\npick: random\n")
+        reply = await talk.ask("reload")
+        assert reply["result"]["changed"]
+        role = bench.bench.robot.coordination.role
+        assert role == replace(role, nearest_first=False, unable=frozenset({1}))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import pytest
 from structlog.testing import capture_logs
@@ -42,10 +41,6 @@ def key(tmp_path: Path) -> Path:
 def outfit_with(key: Path | None, tmp_path: Path, people: str = "questions") -> Wiring:
     security = SecuritySettings(key, people)  # type: ignore[arg-type]
     return wire_up(Settings(name="Rob", state_dir=tmp_path / "state", security=security))
-
-
-def run(scene: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(scene, 20.0))
 
 
 def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Path) -> None:
@@ -141,19 +136,15 @@ def test_counters_that_may_lag_behind_are_doubted(key: Path, tmp_path: Path) -> 
     assert events == ["memory lost"]
 
 
-def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_path: Path) -> None:
+async def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_path: Path) -> None:
     wiring = outfit_with(key, tmp_path)
     doubt = DoubtRecord(3.0, "Bot", "Hi Rob, I am Bot, turn left, tango tango tango tango", Trust.WRONG.value, 20.0)
-
-    async def scene() -> None:
-        journal = JournalService(wiring)
-        await journal.open()
-        journal.write((doubt,), 3.0)
-        rows = await journal.transcript(0, 0.0, 10)
-        assert [row.record.text for row in rows] == ["not believed: the seal is wrong"]
-        await journal.close()
-
-    run(scene())
+    journal = JournalService(wiring)
+    await journal.open()
+    journal.write((doubt,), 3.0)
+    rows = await journal.transcript(0, 0.0, 10)
+    assert [row.record.text for row in rows] == ["not believed: the seal is wrong"]
+    await journal.close()
     with capture_logs() as logs:
         log_record(doubt, wiring.tasks)
     [line] = logs

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -45,54 +44,44 @@ class Broken:
         raise ImportError("no such library")
 
 
-def test_what_was_found_comes_back_from_another_thread() -> None:
-    async def live() -> None:
-        work, gate, one = SecondPass(None), Gate(), segment()
-        assert work.submit(one, gate.search)
-        assert list(work.results()) == []
-        gate.open.set()
-        await work.settled()
-        assert list(work.results()) == [(one, SENTENCE)]
-        assert gate.thread.startswith("second-pass")
-        assert list(work.results()) == []
-        await work.close()
-
-    asyncio.run(live())
+async def test_what_was_found_comes_back_from_another_thread() -> None:
+    work, gate, one = SecondPass(None), Gate(), segment()
+    assert work.submit(one, gate.search)
+    assert list(work.results()) == []
+    gate.open.set()
+    await work.settled()
+    assert list(work.results()) == [(one, SENTENCE)]
+    assert gate.thread.startswith("second-pass")
+    assert list(work.results()) == []
+    await work.close()
 
 
-def test_no_more_wait_than_can_be_told_in_time() -> None:
-    async def live() -> None:
-        work, gate = SecondPass(None), Gate()
-        assert all(work.submit(segment(), gate.search) for _ in range(MOST_WAITING))
-        assert not work.submit(segment(), gate.search)
-        gate.open.set()
-        await work.settled()
-        assert len(work.results()) == MOST_WAITING
-        assert work.submit(segment(), gate.search)
-        await work.close()
-
-    asyncio.run(live())
+async def test_no_more_wait_than_can_be_told_in_time() -> None:
+    work, gate = SecondPass(None), Gate()
+    assert all(work.submit(segment(), gate.search) for _ in range(MOST_WAITING))
+    assert not work.submit(segment(), gate.search)
+    gate.open.set()
+    await work.settled()
+    assert len(work.results()) == MOST_WAITING
+    assert work.submit(segment(), gate.search)
+    await work.close()
 
 
-def test_a_look_that_fails_finds_nothing() -> None:
-    async def live() -> None:
-        work, one = SecondPass(None), segment()
-        assert work.submit(one, Broken().search)
-        await work.settled()
-        assert list(work.results()) == [(one, None)]
-        await work.close()
-
-    asyncio.run(live())
+async def test_a_look_that_fails_finds_nothing() -> None:
+    work, one = SecondPass(None), segment()
+    assert work.submit(one, Broken().search)
+    await work.settled()
+    assert list(work.results()) == [(one, None)]
+    await work.close()
 
 
 def fails() -> None:
     raise PermissionError(1, "Operation not permitted")
 
 
-def test_a_broken_pool_is_replaced_and_reported() -> None:
+async def test_a_broken_pool_is_replaced_and_reported() -> None:
     pools = iter((ThreadPoolExecutor(1, initializer=fails), ThreadPoolExecutor(1)))
-
-    async def live() -> None:
+    with capture_logs() as logs:
         work, gate, lost, found = SecondPass(None, lambda: next(pools)), Gate(), segment(), segment()
         gate.open.set()
         assert work.submit(lost, gate.search)
@@ -102,21 +91,15 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
         await work.settled()
         assert list(work.results()) == [(found, SENTENCE)]
         await work.close()
-
-    with capture_logs() as logs:
-        asyncio.run(live())
     assert "second pass restarted" in [line["event"] for line in logs if line["log_level"] == "warning"]
 
 
-def test_where_no_pool_works_the_robot_lives_without() -> None:
+async def test_where_no_pool_works_the_robot_lives_without() -> None:
     def closed() -> Executor:
         pool = ThreadPoolExecutor(1)
         pool.shutdown()
         return pool
 
-    async def live() -> None:
-        work = SecondPass(None, closed)
-        assert not work.submit(segment(), Gate().search)
-        await work.close()
-
-    asyncio.run(live())
+    work = SecondPass(None, closed)
+    assert not work.submit(segment(), Gate().search)
+    await work.close()

@@ -254,22 +254,19 @@ def test_a_card_that_cannot_be_opened_at_the_start_is_the_callers() -> None:
         run(scene, "no card")
 
 
-def test_a_library_that_hangs_ends_the_robots_life() -> None:
+async def test_a_library_that_hangs_ends_the_robots_life() -> None:
     assert LET_GO_S > RETRY_MOST_S
 
     class Hanging(FakeStream):
         async def close(self) -> None:
             await asyncio.get_running_loop().create_future()
 
-    async def scene() -> None:
-        streams = Streams(Clock(), 0)
-        service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
-        await service.open()
-        await service.start()
-        with pytest.raises(DeviceError, match="was not released"):
-            await until_heard(service)
-
-    asyncio.run(asyncio.wait_for(scene(), 20.0))
+    streams = Streams(Clock(), 0)
+    service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
+    await service.open()
+    await service.start()
+    with pytest.raises(DeviceError, match="was not released"):
+        await until_heard(service)
 
 
 def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
@@ -325,7 +322,7 @@ def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
     run(scene)
 
 
-def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> None:
+async def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> None:
     class Hanging(FakeStream):
         async def open(self, afresh: bool = False) -> None:
             raise DeviceError("the sound system did not answer")
@@ -333,13 +330,10 @@ def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> N
         async def close(self) -> None:
             await asyncio.get_running_loop().create_future()
 
-    async def scene() -> None:
-        streams = Streams(Clock(), 0)
-        service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
-        with pytest.raises(DeviceError, match="did not answer"):
-            await service.open()
-        with capture_logs() as logs:
-            await service.close()
-        assert "was not released" in logs[0]["reason"]
-
-    asyncio.run(asyncio.wait_for(scene(), 20.0))
+    streams = Streams(Clock(), 0)
+    service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
+    with pytest.raises(DeviceError, match="did not answer"):
+        await service.open()
+    with capture_logs() as logs:
+        await service.close()
+    assert "was not released" in logs[0]["reason"]

@@ -53,47 +53,38 @@ def test_no_such_device() -> None:
     assert "there is no microphone 'x'" in opening_fault(FakeCard(), AudioSettings(input_device="x"))
 
 
-def test_opened_afresh_the_cards_are_listed_anew() -> None:
-    async def scene() -> None:
-        card = FakeCard((HEADSET,))
-        first = AudioStream(SETTINGS, card)
-        await first.open()
-        await first.close()
-        card.devices.insert(0, CAMERA | {"index": 0})
-        card.devices[1]["index"] = 1
-        second = AudioStream(AudioSettings(input_device="headset", output_device="headset"), card)
-        await second.open(afresh=True)
-        assert card.listed_afresh == 1
-        assert card.inputs[-1].options["device"] == 1
-        await second.close()
-
-    asyncio.run(scene())
+async def test_opened_afresh_the_cards_are_listed_anew() -> None:
+    card = FakeCard((HEADSET,))
+    first = AudioStream(SETTINGS, card)
+    await first.open()
+    await first.close()
+    card.devices.insert(0, CAMERA | {"index": 0})
+    card.devices[1]["index"] = 1
+    second = AudioStream(AudioSettings(input_device="headset", output_device="headset"), card)
+    await second.open(afresh=True)
+    assert card.listed_afresh == 1
+    assert card.inputs[-1].options["device"] == 1
+    await second.close()
 
 
-def test_a_sound_system_that_did_not_start_again_is_started_at_the_next_try() -> None:
-    async def scene() -> None:
-        card = FakeCard()
-        card.broken = True
-        for _ in range(2):
-            with pytest.raises(DeviceError, match="host error"):
-                await AudioStream(SETTINGS, card).open(afresh=True)
-        card.broken = False
-        stream = AudioStream(SETTINGS, card)
-        await stream.open(afresh=True)
-        await stream.close()
-
-    asyncio.run(scene())
+async def test_a_sound_system_that_did_not_start_again_is_started_at_the_next_try() -> None:
+    card = FakeCard()
+    card.broken = True
+    for _ in range(2):
+        with pytest.raises(DeviceError, match="host error"):
+            await AudioStream(SETTINGS, card).open(afresh=True)
+    card.broken = False
+    stream = AudioStream(SETTINGS, card)
+    await stream.open(afresh=True)
+    await stream.close()
 
 
-def test_a_sound_system_that_hangs_while_it_is_opened_is_told_in_time() -> None:
-    async def scene() -> None:
-        card = FakeCard()
-        card.hangs = threading.Event()
-        stream = AudioStream(SETTINGS, card, open_s=0.02)
-        with pytest.raises(DeviceError, match=r"did not answer for 0\.02 s"):
-            await stream.open()
-        card.hangs.set()
-        await stream.close()
-        assert all(opened.closed for opened in (*card.inputs, *card.outputs)), "what it opened too late is let go of"
-
-    asyncio.run(asyncio.wait_for(scene(), 60.0))
+async def test_a_sound_system_that_hangs_while_it_is_opened_is_told_in_time() -> None:
+    card = FakeCard()
+    card.hangs = threading.Event()
+    stream = AudioStream(SETTINGS, card, open_s=0.02)
+    with pytest.raises(DeviceError, match=r"did not answer for 0\.02 s"):
+        await stream.open()
+    card.hangs.set()
+    await stream.close()
+    assert all(opened.closed for opened in (*card.inputs, *card.outputs)), "what it opened too late is let go of"

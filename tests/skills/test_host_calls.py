@@ -14,7 +14,6 @@ from structlog.testing import capture_logs
 from hvcpd.skills.host import BEATS_MISSED_S, Host
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import Runner, Tell, shielded
-from tests.daemon.control_bench import run
 
 
 class Lingering:
@@ -54,22 +53,19 @@ async def serving(skill: str, runner: Runner) -> AsyncIterator[tuple[asyncio.Str
     await service
 
 
-def test_a_mistake_of_a_runner_fails_its_call_at_once() -> None:
+async def test_a_mistake_of_a_runner_fails_its_call_at_once() -> None:
     """A pin that broke while it was on, for example: the call hung until its time limit."""
 
     class Broken(Lingering):
         async def perform(self, call: Call, tell: Tell) -> dict[str, Any]:
             raise OSError(5, "Input/output error")
 
-    async def play() -> None:
-        called = {"event": "perform", "call": 1, "task": 1, "skill": "pour", "arguments": {}, "limit_s": 60.0}
-        async with serving("pour", Broken()) as (reader, writer):
-            writer.write(json.dumps(called).encode() + b"\n")
-            while (line := json.loads(await reader.readline()))["command"] != "failed":
-                pass
-            assert line["reason"] == "OSError: [Errno 5] Input/output error"
-
-    run(play())
+    called = {"event": "perform", "call": 1, "task": 1, "skill": "pour", "arguments": {}, "limit_s": 60.0}
+    async with serving("pour", Broken()) as (reader, writer):
+        writer.write(json.dumps(called).encode() + b"\n")
+        while (line := json.loads(await reader.readline()))["command"] != "failed":
+            pass
+        assert line["reason"] == "OSError: [Errno 5] Input/output error"
 
 
 class Ends:
@@ -93,54 +89,45 @@ class Ends:
         await self.told("failed", 99)
 
 
-def test_a_call_begins_only_when_the_cancelled_one_before_it_is_safe() -> None:
+async def test_a_call_begins_only_when_the_cancelled_one_before_it_is_safe() -> None:
     """A Python object that was called again within milliseconds of its cancel went on to the end of its time limit."""
-
-    async def play() -> None:
-        runner = Lingering()
-        async with serving("hold", runner) as connection:
-            robot = Ends(*connection)
-            robot.send(1, "perform")
-            await robot.told("progress", 1)
-            robot.send(1, "cancel")
-            robot.send(2, "perform", "cancel")
-            robot.send(3, "perform")
-            await robot.all_taken()
-            assert runner.begun == [1]
-            runner.safe.set()
-            await robot.told("failed", 1)
-            await robot.told("progress", 3)
-            robot.send(3, "cancel")
-            await robot.told("failed", 3)
-            assert runner.begun == [1, 3]
-
-    run(play())
-
-
-def test_a_call_that_is_paused_before_it_has_begun_begins_when_it_goes_on() -> None:
-    """The runner was told to hold, and then carried the call out while the robot stood."""
-
-    async def play() -> None:
-        runner = Lingering()
+    runner = Lingering()
+    async with serving("hold", runner) as connection:
+        robot = Ends(*connection)
+        robot.send(1, "perform")
+        await robot.told("progress", 1)
+        robot.send(1, "cancel")
+        robot.send(2, "perform", "cancel")
+        robot.send(3, "perform")
+        await robot.all_taken()
+        assert runner.begun == [1]
         runner.safe.set()
-        async with serving("hold", runner) as connection:
-            robot = Ends(*connection)
-            robot.send(1, "perform", "pause")
-            await robot.all_taken()
-            assert runner.begun == []
-            robot.send(1, "resume")
-            await robot.told("progress", 1)
-            robot.send(1, "pause", "resume", "cancel")
-            await robot.told("failed", 1)
-            assert (runner.begun, runner.held) == ([1], [True, False])
-
-    run(play())
+        await robot.told("failed", 1)
+        await robot.told("progress", 3)
+        robot.send(3, "cancel")
+        await robot.told("failed", 3)
+        assert runner.begun == [1, 3]
 
 
-def test_a_robot_that_beats_no_longer_for_a_cancelled_call_is_not_called_silent() -> None:
+async def test_a_call_that_is_paused_before_it_has_begun_begins_when_it_goes_on() -> None:
+    """The runner was told to hold, and then carried the call out while the robot stood."""
+    runner = Lingering()
+    runner.safe.set()
+    async with serving("hold", runner) as connection:
+        robot = Ends(*connection)
+        robot.send(1, "perform", "pause")
+        await robot.all_taken()
+        assert runner.begun == []
+        robot.send(1, "resume")
+        await robot.told("progress", 1)
+        robot.send(1, "pause", "resume", "cancel")
+        await robot.told("failed", 1)
+        assert (runner.begun, runner.held) == ([1], [True, False])
+
+
+async def test_a_robot_that_beats_no_longer_for_a_cancelled_call_is_not_called_silent() -> None:
     """A Python object that hung was killed at its time limit, and the log blamed the robot."""
-
-    async def play() -> None:
+    with capture_logs() as logs:
         loop, ahead_s = asyncio.get_running_loop(), 0.0
         clock = loop.time
         loop.time = lambda: clock() + ahead_s  # type: ignore[method-assign]
@@ -156,7 +143,4 @@ def test_a_robot_that_beats_no_longer_for_a_cancelled_call_is_not_called_silent(
             for _ in range(3):
                 await asyncio.sleep(0)
             runner.safe.set()
-
-    with capture_logs() as logs:
-        run(play())
     assert not [line for line in logs if "silent" in line.get("reason", "")]

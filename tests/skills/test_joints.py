@@ -18,7 +18,7 @@ from hvcpd.robot.records import PerformedRecord, SaidRecord
 from hvcpd.skills.joints import JointRunner
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError
-from tests.daemon.control_bench import ControlBench, run
+from tests.daemon.control_bench import ControlBench
 from tests.hardware.test_joints import Bench, bench
 from tests.robot.test_hold import BLOCK_S
 from tests.skills.virtual_loop import pass_time, run_virtually
@@ -118,7 +118,7 @@ tasks:
 """
 
 
-def test_a_daemon_offers_its_joints_and_a_stop_ends_them(tmp_path: Path) -> None:
+async def test_a_daemon_offers_its_joints_and_a_stop_ends_them(tmp_path: Path) -> None:
     skills = tmp_path / "skills.yaml"
     skills.write_text("name: Rob\nskills: {grip: {joint: {id: 3}}}\n")
     settings = load_settings(skills, {"state_dir": str(tmp_path / "state")}, environment={})
@@ -134,25 +134,22 @@ def test_a_daemon_offers_its_joints_and_a_stop_ends_them(tmp_path: Path) -> None
         if robot.body.skills.under_way is not None:
             await asyncio.sleep(0.001)  # the motion looks at the joint by the real clock
 
-    async def play() -> None:
-        robot = ControlBench(tmp_path, BOARD)
-        robot.wheels = model.wheels  # type: ignore[assignment]
-        await robot.open()
-        try:
-            assert robot.body.wheels is not None
-            service.begin(robot.body.wheels, model.wheels)
-            while not any(isinstance(record, PerformedRecord) for record in robot.bench.records):
-                assert robot.bench.robot.now < 300.0
-                await live(robot)
-            said = [record.text for record in robot.bench.records if isinstance(record, SaidRecord)]
-            assert any("I will complete task one" in text or "i will complete" in text for text in said)
-            robot.bench.robot.coordination.stop(robot.bench.robot.now)
+    robot = ControlBench(tmp_path, BOARD)
+    robot.wheels = model.wheels  # type: ignore[assignment]
+    await robot.open()
+    try:
+        assert robot.body.wheels is not None
+        service.begin(robot.body.wheels, model.wheels)
+        while not any(isinstance(record, PerformedRecord) for record in robot.bench.records):
+            assert robot.bench.robot.now < 300.0
             await live(robot)
-            assert robot.bench.robot.coordination.state is State.STOPPED
-        finally:
-            await service.close()
-            await robot.close()
-
-    run(play())
+        said = [record.text for record in robot.bench.records if isinstance(record, SaidRecord)]
+        assert any("I will complete task one" in text or "i will complete" in text for text in said)
+        robot.bench.robot.coordination.stop(robot.bench.robot.now)
+        await live(robot)
+        assert robot.bench.robot.coordination.state is State.STOPPED
+    finally:
+        await service.close()
+        await robot.close()
     assert model.item("operating_mode") == 3
     assert abs(model.item("present_position") - 2048) < 30

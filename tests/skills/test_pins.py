@@ -114,24 +114,20 @@ def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_
     run_virtually(scene())
 
 
-def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) -> None:
+async def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) -> None:
     pins = FilePins(tmp_path)
-
-    async def scene() -> None:
-        first = PinRunner(PinSettings(17), pins)
-        with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
-            PinRunner(PinSettings(17), pins)
-        code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
-        words = [sys.executable, "-c", code]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
-            assert process.stdout is not None
-            process.stdout.readline()
-            with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
-                PinRunner(PinSettings(4), pins)
-            process.kill()
-        await first.close()
-
-    run(scene())
+    first = PinRunner(PinSettings(17), pins)
+    with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
+        PinRunner(PinSettings(17), pins)
+    code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
+    words = [sys.executable, "-c", code]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
+            PinRunner(PinSettings(4), pins)
+        process.kill()
+    await first.close()
 
 
 def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Path) -> None:

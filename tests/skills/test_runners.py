@@ -32,20 +32,16 @@ def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
     assert perform(shell(f"echo '{half}'; echo noise; echo '{litres}'")) == ({"litres": 0.4}, [(0.5, "half")])
 
 
-def test_a_program_in_python_need_not_flush_what_it_prints(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_program_in_python_need_not_flush_what_it_prints(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its progress came when it had ended, and a reason that it gave before a cancel never."""
     monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     program = ProgramRunner((sys.executable, "-c", "import time; print('{\"progress\": 0.5}'); time.sleep(60)"))
-
-    async def scene() -> None:
-        told = asyncio.Event()
-        task = asyncio.create_task(program.perform(call(), lambda _share, _text: told.set()))  # type: ignore[arg-type]
-        await told.wait()
-        task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
-
-    run(scene())
+    told = asyncio.Event()
+    task = asyncio.create_task(program.perform(call(), lambda _share, _text: told.set()))  # type: ignore[arg-type]
+    await told.wait()
+    task.cancel()
+    with suppress(asyncio.CancelledError):
+        await task
 
 
 def test_arguments_stand_in_its_words_and_no_shell_reads_them() -> None:
@@ -125,22 +121,18 @@ def test_a_program_that_is_cancelled_is_gone_with_all_that_it_started(deaf: bool
     until_gone(int((tmp_path / "pid").read_text()))
 
 
-def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_path: Path) -> None:
+async def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_path: Path) -> None:
     """What it had started lived on, and nothing was left safe: a cancel ended the waiting for it to be started."""
     pid, safe = tmp_path / "pid", tmp_path / "safe"
     program = ProgramRunner(("sh", "-c", f"sleep 60 & echo $$ > {pid}; wait"), ("touch", str(safe)))
-
-    async def scene() -> None:
-        task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
-        while program_of(pid) is None:
-            await asyncio.sleep(0)  # one step of the loop, and as long for the program as it needs
-            with suppress(TimeoutError):
-                wait_until(lambda: program_of(pid) is not None, 0.1, "it runs")
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
-
-    run(scene())
+    task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
+    while program_of(pid) is None:
+        await asyncio.sleep(0)  # one step of the loop, and as long for the program as it needs
+        with suppress(TimeoutError):
+            wait_until(lambda: program_of(pid) is not None, 0.1, "it runs")
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
     assert safe.exists()
     until_gone(int(pid.read_text()))
 
@@ -185,25 +177,21 @@ def test_a_program_that_leaves_all_safe_too_slowly_is_ended() -> None:
     assert run(fault_of_running(("sleep", "60"), within_s=0.05)) == "it was ended after 0.05 s"
 
 
-def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
+async def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
     """The kernel says that it is stopped while it is held; let go, it counts on."""
     program = shell('while :; do echo "{\\"progress\\": 0.5, \\"text\\": \\"$$\\"}"; sleep 0.01; done')
-
-    async def scene() -> None:
-        beats = asyncio.Queue[str]()
-        task = asyncio.create_task(program.perform(call(), lambda _share, text: beats.put_nowait(text)))  # type: ignore[arg-type]
-        stat = Path(f"/proc/{await beats.get()}/stat")
-        program.hold(True)
-        await met(lambda: stat.read_text().rpartition(") ")[2][0] in STOPPED, "the program is stopped")
-        program.hold(False)
-        while not beats.empty():
-            beats.get_nowait()
-        for _ in range(3):
-            await beats.get()
-        task.cancel()
-        await asyncio.wait([task])
-
-    run(scene())
+    beats = asyncio.Queue[str]()
+    task = asyncio.create_task(program.perform(call(), lambda _share, text: beats.put_nowait(text)))  # type: ignore[arg-type]
+    stat = Path(f"/proc/{await beats.get()}/stat")
+    program.hold(True)
+    await met(lambda: stat.read_text().rpartition(") ")[2][0] in STOPPED, "the program is stopped")
+    program.hold(False)
+    while not beats.empty():
+        beats.get_nowait()
+    for _ in range(3):
+        await beats.get()
+    task.cancel()
+    await asyncio.wait([task])
 
 
 def stopped_children() -> int:
@@ -215,73 +203,64 @@ def stopped_children() -> int:
     return sum(state in STOPPED and int(parent) == os.getpid() for state, parent in stats)
 
 
-def test_a_program_that_is_held_while_it_starts_stands_still() -> None:
+async def test_a_program_that_is_held_while_it_starts_stands_still() -> None:
     """It ran on while the robot stood."""
     program = shell("sleep 60")
+    task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
+    await asyncio.sleep(0)
+    program.hold(True)
+    await met(lambda: stopped_children() == 1, "the program is stopped")
+    task.cancel()
+    await asyncio.wait([task])
 
-    async def scene() -> None:
-        task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
-        await asyncio.sleep(0)
-        program.hold(True)
-        await met(lambda: stopped_children() == 1, "the program is stopped")
+
+@pytest.mark.usefixtures("package")
+async def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
+    wave = PythonRunner("wave")
+    told: list[float | None] = []
+    for count in (1.0, 2.0):
+        results = await wave.perform(call(times=3.0), lambda share, _text: told.append(share))
+        assert results == {"waves": 3.0, "calls": count}
+    assert told == [1 / 3, 2 / 3, 1.0] * 2
+    with pytest.raises(FailedError, match="the arm is stuck"):
+        await wave.perform(call(times=-1.0), lambda _share, _text: None)
+    with pytest.raises(FailedError, match="ZeroDivisionError: "):
+        await wave.perform(call(times=0.0), lambda _share, _text: None)
+    begun: list[float | None] = []
+    for times in (1e9, -9.0):  # the second one hangs, and answers no cancel
+        begun.clear()
+        what = call(times=times)
+        task = asyncio.create_task(wave.perform(what, lambda share, _text: begun.append(share)))  # type: ignore[arg-type]
+        while not begun:
+            await asyncio.sleep(0)
+        began_s = time.monotonic()
         task.cancel()
         await asyncio.wait([task])
-
-    run(scene())
-
-
-@pytest.mark.usefixtures("package")
-def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
-    wave = PythonRunner("wave")
-
-    async def scene() -> None:
-        told: list[float | None] = []
-        for count in (1.0, 2.0):
-            results = await wave.perform(call(times=3.0), lambda share, _text: told.append(share))
-            assert results == {"waves": 3.0, "calls": count}
-        assert told == [1 / 3, 2 / 3, 1.0] * 2
-        with pytest.raises(FailedError, match="the arm is stuck"):
-            await wave.perform(call(times=-1.0), lambda _share, _text: None)
-        with pytest.raises(FailedError, match="ZeroDivisionError: "):
-            await wave.perform(call(times=0.0), lambda _share, _text: None)
-        begun: list[float | None] = []
-        for times in (1e9, -9.0):  # the second one hangs, and answers no cancel
-            begun.clear()
-            what = call(times=times)
-            task = asyncio.create_task(wave.perform(what, lambda share, _text: begun.append(share)))  # type: ignore[arg-type]
-            while not begun:
-                await asyncio.sleep(0)
-            began_s = time.monotonic()
-            task.cancel()
-            await asyncio.wait([task])
-            assert time.monotonic() - began_s < STOP_S
-        assert await wave.perform(call(times=1.0), lambda _share, _text: None) == {"waves": 1.0, "calls": 1.0}
-        await wave.close()
-
-    run(scene())
+        assert time.monotonic() - began_s < STOP_S
+    assert await wave.perform(call(times=1.0), lambda _share, _text: None) == {"waves": 1.0, "calls": 1.0}
+    await wave.close()
 
 
 @pytest.mark.usefixtures("package")
-def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other(capfd: pytest.CaptureFixture[str]) -> None:
+async def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     """It hung until its time limit, and one that left took the next call with it."""
     odd = PythonRunner("odd")
 
     async def answer(how: str) -> Mapping[str, Any]:
         return await odd.perform(call(how=how), lambda _share, _text: None)
 
-    async def scene() -> None:
-        for how, why in (
-            ("nothing", "TypeError: perform returned None, not a Result"),
-            ("at length", "x" * 200),
-            ("no results", "AttributeError: 'NoneType' object"),
-            ("leaves", "SystemExit: 3"),
-        ):
-            with pytest.raises(FailedError, match=why):
-                await answer(how)
-        assert await answer("lists") == {"list": "[1]", "true": 1.0, "infinite": "inf", "long": "x" * 200}
-        await odd.close()
-
-    run(scene())
+    for how, why in (
+        ("nothing", "TypeError: perform returned None, not a Result"),
+        ("at length", "x" * 200),
+        ("no results", "AttributeError: 'NoneType' object"),
+        ("leaves", "SystemExit: 3"),
+    ):
+        with pytest.raises(FailedError, match=why):
+            await answer(how)
+    assert await answer("lists") == {"list": "[1]", "true": 1.0, "infinite": "inf", "long": "x" * 200}
+    await odd.close()
     assert "example_skill.py" in capfd.readouterr().err, "its author sees where"
 
 
