@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -117,20 +117,16 @@ class FakeStream:
         self._note("close")
 
 
-def run(scene: Callable[[SoundService, Streams], Coroutine[Any, Any, None]], *lives: int | str) -> Streams:
+@asynccontextmanager
+async def served(*lives: int | str) -> AsyncIterator[tuple[SoundService, Streams]]:
     streams = Streams(Clock(), *lives)
-
-    async def whole() -> None:
-        service = SoundService(streams.make, streams.clock, streams.clock.sleep)
-        await service.open()
-        await service.start()
-        try:
-            await scene(service, streams)
-        finally:
-            await service.close()
-
-    asyncio.run(asyncio.wait_for(whole(), 300.0))  # of real time, which a busy machine may take
-    return streams
+    service = SoundService(streams.make, streams.clock, streams.clock.sleep)
+    await service.open()
+    await service.start()
+    try:
+        yield service, streams
+    finally:
+        await service.close()
 
 
 async def until_heard(service: SoundService) -> list[Block]:
@@ -141,19 +137,18 @@ async def until_heard(service: SoundService) -> list[Block]:
     return blocks
 
 
-def test_while_sound_flows_nothing_is_lost() -> None:
-    async def scene(service: SoundService, _streams: Streams) -> None:
+async def test_while_sound_flows_nothing_is_lost() -> None:
+    async with served() as (service, streams):
         for _ in range(20):
             block = await service.read()
             assert (block.samples.size, block.lost) == (BLOCK, None)
             service.write(block.samples)
         assert service.flowing
+    assert len(streams.times("write")) == 20
 
-    assert len(run(scene).times("write")) == 20
 
-
-def test_the_failure_is_told_at_once_and_then_how_time_passes() -> None:
-    async def scene(service: SoundService, streams: Streams) -> None:
+async def test_the_failure_is_told_at_once_and_then_how_time_passes() -> None:
+    async with served(3) as (service, streams):
         for _ in range(3):
             await service.read()
         heard_s = streams.clock.now_s
@@ -167,41 +162,35 @@ def test_the_failure_is_told_at_once_and_then_how_time_passes() -> None:
         accounted = block.lost + sum((each.lost or 0) + each.samples.size for each in blocks)
         assert accounted == pytest.approx((streams.clock.now_s - heard_s) * SAMPLE_RATE_HZ, abs=2)
         assert service.flowing
-
-    streams = run(scene, 3)
     assert [word for _, word in streams.log] == ["open", "start", "close", "open afresh", "start", "close"]
 
 
-def test_attempts_are_made_ever_more_seldom_and_told() -> None:
-    async def scene(service: SoundService, _: Streams) -> None:
+async def test_attempts_are_made_ever_more_seldom_and_told() -> None:
+    async with served(0, *["no card"] * 7) as (service, streams):
         with capture_logs() as logs:
             await until_heard(service)
         assert [line["event"] for line in logs] == ["sound failed", *["still no sound"] * 7, "sound is back"]
         assert logs[1]["reason"] == "no card"
         assert logs[-1]["after_s"] == pytest.approx(0.5 + 1 + 2 + 4 + 8 + 10 + 10 + 10, abs=0.2)
-
-    streams = run(scene, 0, *["no card"] * 7)
     tries = streams.times("open afresh")
     pauses = [later - sooner for sooner, later in pairwise(tries)]
     assert pauses == pytest.approx([1.0, 2.0, 4.0, 8.0, RETRY_MOST_S, RETRY_MOST_S, RETRY_MOST_S])
     assert len(streams.times("close")) == 9, "what failed to open is let go of too"
 
 
-def test_a_stream_that_fails_again_at_once_does_not_begin_with_short_pauses() -> None:
-    async def scene(service: SoundService, _streams: Streams) -> None:
+async def test_a_stream_that_fails_again_at_once_does_not_begin_with_short_pauses() -> None:
+    async with served(0, 1, 1) as (service, streams):
         for _ in range(3):
             await until_heard(service)
-
-    tries = run(scene, 0, 1, 1).times("open afresh")
+    tries = streams.times("open afresh")
     assert [later - sooner for sooner, later in pairwise(tries)] == pytest.approx(
         [1.0 + 2 * BLOCK_S, 2.0 + 2 * BLOCK_S]
     )
 
 
-def test_a_stream_that_was_steady_is_retried_soon() -> None:
+async def test_a_stream_that_was_steady_is_retried_soon() -> None:
     steady = round(STEADY_S / BLOCK_S) + 1
-
-    async def scene(service: SoundService, streams: Streams) -> None:
+    async with served(0, steady) as (service, streams):
         await until_heard(service)
         for _ in range(steady - 1):
             await service.read()
@@ -209,11 +198,9 @@ def test_a_stream_that_was_steady_is_retried_soon() -> None:
         await until_heard(service)
         assert streams.clock.now_s - failing_s == pytest.approx(RETRY_FIRST_S + 2 * BLOCK_S)
 
-    run(scene, 0, steady)
 
-
-def test_losses_are_counted_over_all_streams_and_belong_to_the_block_after_them() -> None:
-    async def scene(service: SoundService, streams: Streams) -> None:
+async def test_losses_are_counted_over_all_streams_and_belong_to_the_block_after_them() -> None:
+    async with served(2) as (service, streams):
         await service.read()
         streams.counters = StreamCounters(input_dropped=70, output_late=5)
         assert (await service.read()).lost == 70
@@ -225,33 +212,25 @@ def test_losses_are_counted_over_all_streams_and_belong_to_the_block_after_them(
         assert (await service.read()).lost == 300, "by the clock"
         assert (await service.read()).lost is None
 
-    run(scene, 2)
 
-
-def test_what_was_left_out_of_the_own_sentence_disturbs_the_block_after_it() -> None:
-    async def scene(service: SoundService, streams: Streams) -> None:
+async def test_what_was_left_out_of_the_own_sentence_disturbs_the_block_after_it() -> None:
+    async with served(5) as (service, streams):
         told = [await service.read()]
         streams.counters = StreamCounters(output_late=5)
         told += [await service.read(), await service.read()]
         assert [(block.lost, block.disturbed) for block in told] == [(None, False), (None, True), (None, False)]
 
-    run(scene, 5)
 
-
-def test_ending_without_sound_waits_for_nothing() -> None:
-    async def scene(service: SoundService, _: Streams) -> None:
+async def test_ending_without_sound_waits_for_nothing() -> None:
+    async with served(0, *["no card"] * 100) as (service, streams):
         assert (await service.read()).samples.size == 0
-
-    streams = run(scene, 0, *["no card"] * 100)
     assert streams.times("open afresh") == []
 
 
-def test_a_card_that_cannot_be_opened_at_the_start_is_the_callers() -> None:
-    async def scene(service: SoundService, _: Streams) -> None:
-        raise AssertionError("never begins")
-
+async def test_a_card_that_cannot_be_opened_at_the_start_is_the_callers() -> None:
     with pytest.raises(DeviceError, match="no card"):
-        run(scene, "no card")
+        async with served("no card"):
+            raise AssertionError("never begins")
 
 
 async def test_a_library_that_hangs_ends_the_robots_life() -> None:
@@ -269,8 +248,8 @@ async def test_a_library_that_hangs_ends_the_robots_life() -> None:
         await until_heard(service)
 
 
-def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
-    async def scene(service: SoundService, streams: Streams) -> None:
+async def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
+    async with served() as (service, streams):
         with capture_logs() as logs:
             for level in (0.0, 1e-6, 0.0):
                 streams.level = level
@@ -286,13 +265,11 @@ def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
         assert [line["event"] for line in logs] == ["the microphone is mute", "the microphone gives sound"]
         assert "audio.input_channel" in logs[0]["remedy"]
 
-    run(scene)
 
-
-def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
+async def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
     """It went on with its tasks, and nobody could stop it by voice."""
+    async with served() as (service, streams):
 
-    async def scene(service: SoundService, streams: Streams) -> None:
         async def live(for_s: float, said: float) -> Block:
             block = Block(np.zeros(0, np.float32), None)
             for _ in range(round(for_s / BLOCK_S)):
@@ -318,8 +295,6 @@ def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
             "the robot is deaf",
             "the microphone gives sound",
         ]
-
-    run(scene)
 
 
 async def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> None:
