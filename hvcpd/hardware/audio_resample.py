@@ -32,10 +32,7 @@ def resample(samples: Samples, from_hz: int, to_hz: int) -> Samples:
     `samples` has the shape (n,), float32; the result (ceil(n * to_hz / from_hz),), float32. Raises ValueError for a
     rate that is not positive.
     """
-    if from_hz <= 0 or to_hz <= 0:
-        raise ValueError(f"rates must be positive, not {from_hz} and {to_hz} Hz")
-    divisor = math.gcd(from_hz, to_hz)
-    up, down = to_hz // divisor, from_hz // divisor
+    up, down = _ratio(from_hz, to_hz)
     if up == down or samples.size == 0:
         return samples.astype(np.float32)
     filters = _filters(up, down)
@@ -50,6 +47,14 @@ def resample(samples: Samples, from_hz: int, to_hz: int) -> Samples:
         begin, phase = divmod(first * down, up)
         result[first::up] = windows[begin::down][:count] @ filters[phase]
     return result
+
+
+def _ratio(from_hz: int, to_hz: int) -> tuple[int, int]:
+    """The numbers of outputs and of inputs after which the phases repeat."""
+    if from_hz <= 0 or to_hz <= 0:
+        raise ValueError(f"rates must be positive, not {from_hz} and {to_hz} Hz")
+    divisor = math.gcd(from_hz, to_hz)
+    return to_hz // divisor, from_hz // divisor
 
 
 @lru_cache(maxsize=4)
@@ -75,10 +80,7 @@ class StreamResampler:
     """
 
     def __init__(self, from_hz: int, to_hz: int) -> None:
-        if from_hz <= 0 or to_hz <= 0:
-            raise ValueError(f"rates must be positive, not {from_hz} and {to_hz} Hz")
-        divisor = math.gcd(from_hz, to_hz)
-        self._up, self._down = to_hz // divisor, from_hz // divisor
+        self._up, self._down = _ratio(from_hz, to_hz)
         self._same = self._up == self._down
         self._bank = np.zeros((1, 0), np.float32) if self._same else _filters(self._up, self._down)
         self._reach = self._bank.shape[1] // 2
@@ -94,12 +96,12 @@ class StreamResampler:
         # The window of output m begins (phase + m * down) // up inputs after the first that is kept.
         room = inputs.size - 2 * self._reach + 1
         count = max(0, -(-(room * self._up - self._phase) // self._down))
+        if count == 0:
+            self._kept = inputs
+            return np.zeros(0, np.float32)
         steps = self._phase + np.arange(count) * self._down
-        windows = sliding_window_view(inputs, 2 * self._reach)[steps // self._up] if count else np.zeros((0, 0))
-        result: Samples = np.einsum("ij,ij->i", windows, self._bank[steps % self._up]) if count else _NOTHING
+        windows = sliding_window_view(inputs, 2 * self._reach)[steps // self._up]
+        result: Samples = np.einsum("ij,ij->i", windows, self._bank[steps % self._up])
         begin, self._phase = divmod(self._phase + count * self._down, self._up)
         self._kept = inputs[begin:]
         return result
-
-
-_NOTHING = np.zeros(0, np.float32)

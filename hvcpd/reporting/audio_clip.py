@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.hardware.audio_resample import resample
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.pcm import pcm_16
 
@@ -22,9 +23,6 @@ MAX_GAIN_DB = 70.0
 """More would only show the converter's last bit."""
 KNEE = 0.6
 """Amplitude, of full scale, above which a near robot's speech is bent towards full scale and not cut off."""
-_HALF_BAND_TAPS = 63
-"""Kaiser window (β = 8): 76 dB down from 4.65 kHz on, flat to 3.35 kHz (checked by a test)."""
-_KAISER_BETA = 8.0
 _DITHER_SEED = 20
 
 
@@ -57,7 +55,8 @@ def make_clip(sound: Samples, spoken_s: Iterable[tuple[float, float]], budget_by
     if 2 * len(clean) > budget_bytes:
         bits = 8
     if len(clean) > budget_bytes:
-        rate_hz, clean = SAMPLE_RATE_HZ // 2, halve_rate(clean)
+        rate_hz = SAMPLE_RATE_HZ // 2
+        clean = resample(clean, SAMPLE_RATE_HZ, rate_hz)
     packed = _pack(limited(clean * np.float32(gain)), bits)
     return Clip(_wav(packed, rate_hz, bits), rate_hz, bits, 20.0 * math.log10(gain), duration_s)
 
@@ -90,19 +89,6 @@ def limited(sound: Samples) -> Samples:
     room = np.float32(1.0 - KNEE)
     bent = KNEE + room * np.tanh((size - KNEE) / room)
     return np.where(size <= KNEE, sound, np.sign(sound) * bent).astype(np.float32)
-
-
-def halve_rate(sound: Samples) -> Samples:
-    """Return every second sample, shape (ceil(n / 2),), after a half-band low pass (windowed sinc; Oppenheim &
-    Schafer, ch. 7), without delay."""
-    k = np.arange(_HALF_BAND_TAPS) - _HALF_BAND_TAPS // 2
-    taps = 0.5 * np.sinc(k / 2.0) * np.kaiser(_HALF_BAND_TAPS, _KAISER_BETA)
-    taps = (taps / taps.sum()).astype(np.float32)
-    if not len(sound):
-        return sound
-    edge = _HALF_BAND_TAPS // 2
-    padded = np.pad(sound, edge)
-    return np.convolve(padded, taps, mode="valid")[::2].astype(np.float32)
 
 
 def _pack(sound: Samples, bits: int) -> bytes:

@@ -33,21 +33,10 @@ MOVING_M_S = 0.02
 """Slower is standing still: a tenth of the drive's speed, above the wheels' jitter."""
 _STEP_S = 0.5
 _TICKS_S = (
-    5,
-    10,
-    15,
-    30,
-    60,
-    120,
-    300,
-    600,
-    1200,
-    3600,
-    7200,
-    10800,
-    21600,
-    43200,
-    *(86400 * d for d in (1, 2, 7, 28, 112, 336)),
+    *(5, 10, 15, 30),
+    *(60 * minutes for minutes in (1, 2, 5, 10, 20)),
+    *(3600 * hours for hours in (1, 2, 3, 6, 12)),
+    *(86400 * days for days in (1, 2, 7, 28, 112, 336)),
 )
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.reporting.audio_clip import halve_rate, limited, make_clip
+from hvcpd.reporting.audio_clip import limited, make_clip
 from hvcpd.reporting.events import Trail
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import HOP, encode_png, magma, picture, spectrogram
@@ -120,17 +120,6 @@ def test_a_clip_keeps_the_sound_in_what_room_there_is(budget: int, rate_hz: int,
     assert level_dbfs == pytest.approx(-20.0, abs=0.3)
     spectrum = np.abs(np.fft.rfft(samples))
     assert np.argmax(spectrum) * rate / len(samples) == pytest.approx(440.0, abs=1.0)
-
-
-def test_halving_the_rate_keeps_the_low_and_drops_the_high() -> None:
-    t = np.arange(SAMPLE_RATE_HZ) / SAMPLE_RATE_HZ
-    for frequency_hz, low, high in ((3350.0, 0.99, 1.01), (4650.0, 0.0, 1.6e-4), (7000.0, 0.0, 1e-4)):
-        out = halve_rate(np.sin(2 * np.pi * frequency_hz * t).astype(np.float32))[100:-100]
-        gain = np.sqrt(2 * np.mean(np.square(out, dtype=np.float64)))
-        assert low <= gain <= high, frequency_hz
-    impulse = np.zeros(400, np.float32)
-    impulse[200] = 1.0
-    assert np.argmax(halve_rate(impulse)) == 100
 
 
 def test_the_limiter_never_passes_full_scale_and_leaves_the_quiet_alone() -> None:
