@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_fakes.room import PinkNoise
+from hil_fakes.word_attacks import LISTENER, NAMES
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.assembly.sound import Sound
@@ -35,8 +36,6 @@ from hvcpd.security.seal import SEAL_BITS
 from hvcpd.security.silence import Patience
 from hvcpd.synthesis.leveling import audible
 
-NAMES = ("Rob", "Zoe", "Bot")
-LISTENER = "Bot"
 BLOCK = 400
 NOISE_RMS = 0.003
 """20 dB below speech of LEVEL."""

@@ -6,6 +6,7 @@ the controller's identifier twice.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
@@ -18,7 +19,7 @@ ROBOTIS_START, ROBOTIS_SIZE = 10, 172
 """The block that ROBOTIS's own node reads every 50 ms."""
 SPEED = 5
 """0.05 m/s in the units of the command words."""
-TICKS_PER_S = SPEED * 0.01 / (2.0 * 3.141592653589793 * 0.033) * 4096
+TICKS_PER_S = SPEED * 0.01 / (2.0 * math.pi * 0.033) * 4096
 
 
 def _command(rig: Rig, linear: int) -> None:

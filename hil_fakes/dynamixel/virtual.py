@@ -90,7 +90,7 @@ class VirtualPort:
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Up to `length` bytes; without any, time passes until one comes or the reply's time is over."""
         self._check()
-        while not self._inbox and length > 0 and not self._over():
+        while not self._inbox and length > 0 and not self.isPacketTimeout():
             self._time.advance(min(self._left_s(), 0.01) + 1e-6)
         data = bytes(self._inbox[: max(length, 0)])
         del self._inbox[: len(data)]
@@ -104,7 +104,7 @@ class VirtualPort:
         self._limit_s = msec / 1000.0
 
     def isPacketTimeout(self) -> bool:  # noqa: N802
-        return self._over()
+        return self._left_s() <= 0.0
 
     def overtime(self) -> bool:
         """Never: bytes in memory are fetched as soon as they are there."""
@@ -122,6 +122,3 @@ class VirtualPort:
 
     def _left_s(self) -> float:
         return self._start_s + self._limit_s - self._time.now_s
-
-    def _over(self) -> bool:
-        return self._left_s() <= 0.0

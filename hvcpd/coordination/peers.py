@@ -82,7 +82,6 @@ class Peers:
 
     def __init__(self, absent_s: float, rests: bool) -> None:
         self._absent_s = absent_s
-        self._most_s = float("inf")
         self.let_rest(rests)
         self._rested_s = 0.0
         self._peers: dict[str, Peer] = {}

@@ -60,7 +60,7 @@ def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
 
 
 def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
-    """The same, and a speaker who is believed with a seal may be asked again another time."""
+    """As `believes`; a speaker who is believed with a seal may be asked again another time."""
     believed = believes(me, u, trust)
     if believed and u.mark is not None and u.speaker is not None:
         me.doubts.asked.pop(u.speaker.lower(), None)

@@ -100,17 +100,17 @@ def checked_arguments(request: Request, known: Mapping[str, tuple[type, ...]]) -
 
 def reply_line(mark: Id, result: Mapping[str, Any]) -> bytes:
     """Return the reply line for a command's result."""
-    return _line({"id": mark, "ok": True, "result": result})
+    return line_of({"id": mark, "ok": True, "result": result})
 
 
 def refusal_line(mark: Id, refusal: RefusalError) -> bytes:
     """Return the reply line for a command that was refused."""
-    return _line({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
+    return line_of({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
 
 
-def event_line(event: Mapping[str, Any]) -> bytes:
-    """Return the line for an event; its kind is in the field "event"."""
-    return _line(event)
+def line_of(value: Mapping[str, Any]) -> bytes:
+    """Return the line for a reply, or for an event, whose kind is in the field "event"."""
+    return as_strict_json(value).encode("ascii") + b"\n"
 
 
 _TYPE_NAMES: dict[type, str] = {
@@ -121,10 +121,6 @@ _TYPE_NAMES: dict[type, str] = {
     list: "a list",
     dict: "a group of keys",
 }
-
-
-def _line(value: Mapping[str, Any]) -> bytes:
-    return as_strict_json(value).encode("ascii") + b"\n"
 
 
 def _is_id(mark: object) -> bool:

@@ -24,8 +24,8 @@ from hvcpd.daemon.control_protocol import (
     MAX_LINE_BYTES,
     RefusalError,
     Request,
-    event_line,
     id_of,
+    line_of,
     parse_request,
     refusal_line,
     reply_line,
@@ -90,7 +90,7 @@ class ControlServer:
 
     def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
         self._serve = serve
-        self._lobby = Lobby(lambda: event_line(hello()), self._admit)
+        self._lobby = Lobby(lambda: line_of(hello()), self._admit)
         self._clients: dict[Client, asyncio.Task[None]] = {}
         self.on_gone: Callable[[Client], None] = lambda _: None
         """Told of each client that is gone."""
@@ -119,7 +119,7 @@ class ControlServer:
         kind = event["event"]
         followers = [client for client in self._clients if kind in client.wanted]
         if followers:
-            line = event_line(event)
+            line = line_of(event)
             for client in followers:
                 if not client.send(line):
                     self._let_go(client)

@@ -15,7 +15,7 @@ import structlog
 
 from hvcpd.config.skills import MAX_TEXT_LENGTH, Value
 from hvcpd.config.tasks import TENDING, TaskRepository
-from hvcpd.daemon.control_protocol import NUMBER, RefusalError, event_line
+from hvcpd.daemon.control_protocol import NUMBER, RefusalError, line_of
 from hvcpd.daemon.control_server import Client
 from hvcpd.errors import did_you_mean
 from hvcpd.reporting.text import clean
@@ -101,17 +101,17 @@ class SkillService:
                 self._begin(order.call, now)
             elif self._use is not None and self._use.last.call.number == order.number:
                 kind = type(order).__name__.lower()
-                self._use.client.send(event_line({"event": kind, "call": order.number}))
+                self._use.client.send(line_of({"event": kind, "call": order.number}))
                 if kind == "cancel":
                     self._use = None
         if self._use is not None and now - self._beaten_s >= BEAT_S:
             self._beaten_s = now
-            self._use.client.send(event_line({"event": "beat"}))
+            self._use.client.send(line_of({"event": "beat"}))
 
     def halt(self) -> None:
         """Cancel the call under way at once, without waiting for the next block of sound."""
         if self._use is not None:
-            self._use.client.send(event_line({"event": "cancel", "call": self._use.last.call.number}))
+            self._use.client.send(line_of({"event": "cancel", "call": self._use.last.call.number}))
 
     def note(self, record: SkillRecord) -> None:
         """The robot's state of a call."""
@@ -148,7 +148,7 @@ class SkillService:
             return
         self._use = _Use(SkillRecord(now, call, Report(call.number, SkillState.WAITING)), client)
         fields = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
-        client.send(event_line({"event": "perform", **fields, "limit_s": call.limit_s}))
+        client.send(line_of({"event": "perform", **fields, "limit_s": call.limit_s}))
 
     def _tell(self, client: Client, arguments: dict[str, Any], report: Report) -> None:
         number, use = arguments.get("call"), self._use

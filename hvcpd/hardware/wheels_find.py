@@ -6,7 +6,7 @@ The daemon's start, `hvcpctl drive` and `hvcpctl doctor` use the same handshake.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -54,7 +54,7 @@ class WheelFinding:
     kind: Kind | None = None
     port: str = ""
     problems: tuple[str, ...] = ()
-    facts: tuple[str, ...] = field(default=())
+    facts: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:

@@ -78,9 +78,8 @@ def mark_words(mark: m.Mark) -> tuple[str, ...]:
             return words_of(value, SEAL_WORDS)
         case m.Cipher(value, n_words):
             return words_of(value, n_words)
-        case m.Code():
-            pass
-    return (CODE_CALL, *(number_words(int(digit))[0] for digit in mark.digits))
+        case m.Code(digits):
+            return (CODE_CALL, *(number_words(int(digit))[0] for digit in digits))
 
 
 def split_mark(words: Sequence[str]) -> tuple[tuple[str, ...], m.Mark | None]:

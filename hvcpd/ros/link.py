@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.daemon.control_socket import no_answer, short_address
 from hvcpd.errors import NotRunningError
 
@@ -54,11 +54,7 @@ class DaemonLink:
         if not chunk:
             raise NotRunningError(f"the daemon at {self.path} has ended")
         *whole, self._unread = (self._unread + chunk).split(b"\n")
-        values = []
-        for line in whole:
-            with suppress(ValueError):
-                values.append(json.loads(line))
-        return [value for value in values if isinstance(value, dict)]
+        return [value for line in whole if (value := json_object(line)) is not None]
 
     def close(self) -> None:
         """Let go of the connection."""

@@ -13,8 +13,8 @@ from hvcpd.daemon.control_protocol import (
     RefusalError,
     Request,
     checked_arguments,
-    event_line,
     id_of,
+    line_of,
     parse_request,
     refusal_line,
     reply_line,
@@ -92,7 +92,7 @@ def test_any_json_is_a_request_or_malformed(value: object, request: dict[str, ob
 
 @given(st.text())
 def test_a_line_has_no_line_break_but_its_own(text: str) -> None:
-    line = event_line({"event": "heard", "text": text})
+    line = line_of({"event": "heard", "text": text})
     assert line.count(b"\n") == 1
     assert json.loads(line)["text"] == text
 
