@@ -46,8 +46,8 @@ def run(scene: Coroutine[Any, Any, Any]) -> Any:
 
 
 async def met(true: Callable[[], bool], what: str) -> None:
-    """Wait for another process."""
-    await asyncio.to_thread(wait_until, true, 10.0, what)
+    """Wait for another process, on a busy machine for long."""
+    await asyncio.to_thread(wait_until, true, 60.0, what)
 
 
 async def cancelled(runner: Runner, begun: Callable[[], bool], what: Call | None = None) -> float:

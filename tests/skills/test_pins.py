@@ -6,7 +6,10 @@ import asyncio
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,8 +18,8 @@ from hvcpd.config.skill_settings import PinSettings
 from hvcpd.errors import DeviceError
 from hvcpd.skills.pins import PinRunner
 from hvcpd.skills.runners import FailedError
-from tests.skills.calls import STOP_S, call, cancelled, fake_pins, met, run
-from tests.skills.virtual_loop import pass_time, run_virtually
+from tests.skills.calls import STOP_S, call, cancelled, fake_pins, met
+from tests.skills.virtual_loop import pass_time, virtually
 
 
 class Pins:
@@ -38,80 +41,78 @@ class Pins:
         return on_s
 
 
-def test_a_pin_is_on_for_as_long_as_it_is_told() -> None:
+@contextmanager
+def running(*words: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
+    """A process of Python that ends with the test, however that ends."""
+    with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True, **options) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@virtually
+async def test_a_pin_is_on_for_as_long_as_it_is_told() -> None:
     pins = Pins()
-
-    async def scene() -> None:
-        pin = PinRunner(PinSettings(17, "litres", per_s=0.05), pins.factory)
-        assert not pins.is_on()
-        told: list[float | None] = []
-        task = asyncio.create_task(pin.perform(call(litres=0.1), lambda share, _text: told.append(share)))  # type: ignore[arg-type]
-        assert await pins.time_on(5.0) == pytest.approx(2.0, abs=0.03)
-        assert dict(await task) == {"litres": 0.1}
-        assert told == pytest.approx([0.25, 0.5, 0.75, 1.0])
-        await pin.close()
-
-    run_virtually(scene())
+    pin = PinRunner(PinSettings(17, "litres", per_s=0.05), pins.factory)
+    assert not pins.is_on()
+    told: list[float | None] = []
+    task = asyncio.create_task(pin.perform(call(litres=0.1), lambda share, _text: told.append(share)))  # type: ignore[arg-type]
+    assert await pins.time_on(5.0) == pytest.approx(2.0, abs=0.03)
+    assert dict(await task) == {"litres": 0.1}
+    assert told == pytest.approx([0.25, 0.5, 0.75, 1.0])
+    await pin.close()
 
 
-def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() -> None:
+@virtually
+async def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() -> None:
     pins = Pins()
-
-    async def scene() -> None:
-        pin = PinRunner(PinSettings(17), pins.factory)
-        assert await cancelled(pin, pins.is_on, call(seconds=60.0)) < STOP_S
-        assert not pins.is_on()
-        task = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        await pass_time(1.2)
-        pin.hold(True)
-        assert not pins.is_on()
-        await pass_time(5.0)
-        assert not task.done()
-        pin.hold(False)
-        assert await pins.time_on(5.0) == pytest.approx(1.8, abs=0.03)
-        await task
-        await pin.close()
-
-    run_virtually(scene())
+    pin = PinRunner(PinSettings(17), pins.factory)
+    assert await cancelled(pin, pins.is_on, call(seconds=60.0)) < STOP_S
+    assert not pins.is_on()
+    task = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+    await pass_time(1.2)
+    pin.hold(True)
+    assert not pins.is_on()
+    await pass_time(5.0)
+    assert not task.done()
+    pin.hold(False)
+    assert await pins.time_on(5.0) == pytest.approx(1.8, abs=0.03)
+    await task
+    await pin.close()
 
 
-def test_a_call_after_one_that_was_cancelled_while_it_was_held_is_carried_out() -> None:
+@virtually
+async def test_a_call_after_one_that_was_cancelled_while_it_was_held_is_carried_out() -> None:
     """A robot that halted for what might be "stop", and was then stopped for good, never poured again."""
     pins = Pins()
-
-    async def scene() -> None:
-        pin = PinRunner(PinSettings(17), pins.factory)
-        first = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        await pass_time(1.0)
-        pin.hold(True)
-        first.cancel()
-        await asyncio.wait([first])
-        second = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        assert await pins.time_on(5.0) == pytest.approx(3.0, abs=0.03)
-        await second
-        await pin.close()
-
-    run_virtually(scene())
+    pin = PinRunner(PinSettings(17), pins.factory)
+    first = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+    await pass_time(1.0)
+    pin.hold(True)
+    first.cancel()
+    await asyncio.wait([first])
+    second = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+    assert await pins.time_on(5.0) == pytest.approx(3.0, abs=0.03)
+    await second
+    await pin.close()
 
 
-def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_one() -> None:
+@virtually
+async def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_one() -> None:
     pins = Pins()
-
-    async def scene() -> None:
-        pin = PinRunner(PinSettings(17, empty_pin=27), pins.factory)
-        task = asyncio.create_task(pin.perform(call(seconds=60.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        await pass_time(1.0)
-        assert pins.is_on()
-        pins.factory.pin(27).drive_low()
-        await pass_time(0.1)
-        with pytest.raises(FailedError, match="the tank is empty"):
-            await task
-        assert not pins.is_on()
-        with pytest.raises(FailedError, match="the tank is empty"):
-            await pin.perform(call(seconds=1.0), lambda _share, _text: None)
-        await pin.close()
-
-    run_virtually(scene())
+    pin = PinRunner(PinSettings(17, empty_pin=27), pins.factory)
+    task = asyncio.create_task(pin.perform(call(seconds=60.0), lambda _share, _text: None))  # type: ignore[arg-type]
+    await pass_time(1.0)
+    assert pins.is_on()
+    pins.factory.pin(27).drive_low()
+    await pass_time(0.1)
+    with pytest.raises(FailedError, match="the tank is empty"):
+        await task
+    assert not pins.is_on()
+    with pytest.raises(FailedError, match="the tank is empty"):
+        await pin.perform(call(seconds=1.0), lambda _share, _text: None)
+    await pin.close()
 
 
 async def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) -> None:
@@ -120,45 +121,34 @@ async def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Pa
     with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
         PinRunner(PinSettings(17), pins)
     code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
-    words = [sys.executable, "-c", code]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
+    with running("-c", code, env=fake_pins(tmp_path)) as holder:
+        assert holder.stdout is not None
+        holder.stdout.readline()
         with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
             PinRunner(PinSettings(4), pins)
-        process.kill()
     await first.close()
 
 
-def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Path) -> None:
+async def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Path) -> None:
     pins = FilePins(tmp_path)
     words = ("--pins", str(tmp_path), "--pump", "17", "--float", "27", "--litres", "0.005")
-    with subprocess.Popen([sys.executable, "-m", "hil_fakes.pump", *words], stdout=subprocess.PIPE, text=True) as pump:
-
-        async def scene() -> None:
-            await met((tmp_path / "27.level").exists, "the tank's float is there")
-            pin = PinRunner(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
-            with pytest.raises(FailedError, match="the tank is empty"):
-                await pin.perform(call(litres=1.0), lambda _share, _text: None)
-            await pin.close()
-
-        run(scene())
+    with running("-m", "hil_fakes.pump", *words) as pump:
+        await met((tmp_path / "27.level").exists, "the tank's float is there")
+        pin = PinRunner(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
+        with pytest.raises(FailedError, match="the tank is empty"):
+            await pin.perform(call(litres=1.0), lambda _share, _text: None)
+        await pin.close()
         assert pump.stdout is not None
         told = [pump.stdout.readline(), pump.stdout.readline()]
-        pump.kill()
     assert told == ["pump on, 0.000 l poured, 0.005 l left\n", "pump off, 0.005 l poured, 0.000 l left\n"]
 
 
-def test_a_pump_process_needs_no_gpiozero_and_ends_by_ctrl_c(tmp_path: Path) -> None:
+async def test_a_pump_process_needs_no_gpiozero_and_ends_by_ctrl_c(tmp_path: Path) -> None:
     """Only `hvcpctl skills`, which drives the pins, needs it: both ended in a traceback."""
     heeded = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"  # "&" in a shell ignores it
     code = f"{heeded}; sys.modules['gpiozero'] = None; from hil_fakes.pump import main; sys.exit(main())"
-    words = [sys.executable, "-c", code, "--pins", str(tmp_path), "--float", "27"]
-    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as pump:
-        run(met((tmp_path / "27.level").exists, "it runs"))
+    with running("-c", code, "--pins", str(tmp_path), "--float", "27", stderr=subprocess.PIPE) as pump:
+        await met((tmp_path / "27.level").exists, "it runs")
         pump.send_signal(signal.SIGINT)
-        try:
-            assert pump.communicate(timeout=30.0)[1] == ""
-        finally:
-            pump.kill()
+        assert pump.communicate(timeout=30.0)[1] == ""
     assert pump.returncode == 0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import selectors
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
+from functools import wraps
 from typing import Any
 
 from hil_fakes.dynamixel.virtual import VirtualTime
@@ -44,3 +45,8 @@ def run_virtually(scene: Coroutine[Any, Any, Any], clock: VirtualTime | None = N
     """Run a scene without threads, sockets and processes on a clock of its own."""
     with asyncio.Runner(loop_factory=lambda: _Loop(clock or VirtualTime())) as runner:
         return runner.run(asyncio.wait_for(scene, 1000.0))
+
+
+def virtually(test: Callable[..., Coroutine[Any, Any, Any]]) -> Callable[..., Any]:
+    """Has a test that is a coroutine run so."""
+    return wraps(test)(lambda *arguments, **given: run_virtually(test(*arguments, **given)))
