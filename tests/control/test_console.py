@@ -6,7 +6,6 @@ import json
 import signal
 import socket
 import subprocess
-import sys
 from http.client import HTTPConnection
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from hvcpd.console.serve import SOCKET_MODE, is_loopback, open_file
 from hvcpd.control.cli import main
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.transcript import write_transcript
+from tests.processes import python
 from tests.reporting.example import example
 
 
@@ -89,8 +89,8 @@ class UnixConnection(HTTPConnection):
 def test_a_mission_is_served_in_a_unix_socket_until_interrupted(tmp_path: Path) -> None:
     write_transcript(example(sound=False).events, tmp_path / "transcript.jsonl")
     path = tmp_path / "page.sock"
-    command = [sys.executable, "-m", "hvcpd.control.cli", "console", "--replay", str(tmp_path), "--unix", str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    words = ("-m", "hvcpd.control.cli", "console", "--replay", str(tmp_path), "--unix", str(path))
+    with python(*words, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert "ssh -L" in process.stdout.readline()
         connection = UnixConnection(path)

@@ -5,11 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -18,6 +14,7 @@ from hvcpd.config.skill_settings import PinSettings
 from hvcpd.errors import DeviceError
 from hvcpd.skills.pins import PinRunner
 from hvcpd.skills.runners import FailedError
+from tests.processes import python
 from tests.skills.calls import STOP_S, call, cancelled, fake_pins, met
 from tests.skills.virtual_loop import pass_time, virtually
 
@@ -39,16 +36,6 @@ class Pins:
             on_s += 0.01 * self.is_on()
             await pass_time(0.01)
         return on_s
-
-
-@contextmanager
-def running(*words: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
-    """A process of Python that ends with the test, however that ends."""
-    with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True, **options) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
 
 
 @virtually
@@ -121,7 +108,7 @@ async def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Pa
     with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
         PinRunner(PinSettings(17), pins)
     code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
-    with running("-c", code, env=fake_pins(tmp_path)) as holder:
+    with python("-c", code, env=fake_pins(tmp_path)) as holder:
         assert holder.stdout is not None
         holder.stdout.readline()
         with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
@@ -132,7 +119,7 @@ async def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Pa
 async def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Path) -> None:
     pins = FilePins(tmp_path)
     words = ("--pins", str(tmp_path), "--pump", "17", "--float", "27", "--litres", "0.005")
-    with running("-m", "hil_fakes.pump", *words) as pump:
+    with python("-m", "hil_fakes.pump", *words) as pump:
         await met((tmp_path / "27.level").exists, "the tank's float is there")
         pin = PinRunner(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
         with pytest.raises(FailedError, match="the tank is empty"):
@@ -147,7 +134,7 @@ async def test_a_pump_process_needs_no_gpiozero_and_ends_by_ctrl_c(tmp_path: Pat
     """Only `hvcpctl skills`, which drives the pins, needs it: both ended in a traceback."""
     heeded = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"  # "&" in a shell ignores it
     code = f"{heeded}; sys.modules['gpiozero'] = None; from hil_fakes.pump import main; sys.exit(main())"
-    with running("-c", code, "--pins", str(tmp_path), "--float", "27", stderr=subprocess.PIPE) as pump:
+    with python("-c", code, "--pins", str(tmp_path), "--float", "27", stderr=subprocess.PIPE) as pump:
         await met((tmp_path / "27.level").exists, "it runs")
         pump.send_signal(signal.SIGINT)
         assert pump.communicate(timeout=30.0)[1] == ""

@@ -1,7 +1,5 @@
 """The fake's wire: speed, power, plugs, faults and fuzz, seen through the unmodified SDK or a bare serial port."""
 
-import subprocess
-import sys
 import termios
 import threading
 from pathlib import Path
@@ -20,6 +18,7 @@ from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Packet, PacketReader
 from hil_fakes.dynamixel.pump import RealTimePump
 from tests.hil_fakes.dynamixel.conftest import PatientPort
+from tests.processes import python
 
 
 def test_broadcast_ping_finds_both(rig: Rig) -> None:
@@ -134,8 +133,7 @@ def test_the_pump_advances_by_the_real_clock() -> None:
 
 
 def test_the_fake_as_a_process_serves_until_it_is_told_to_end() -> None:
-    command = [sys.executable, "-m", "hil_fakes.dynamixel", "dynamixel"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with python("-m", "hil_fakes.dynamixel", "dynamixel") as process:
         assert process.stdout is not None
         port = PatientPort(process.stdout.readline().strip())
         port.setBaudRate(1_000_000)
