@@ -15,8 +15,6 @@ from hvcpd.config.tasks import Place
 TELL_S, TELL_MAX_S = 20.0, 300.0
 """Between two statements of a robot that it is inside: at first, and doubled after each up to the longest. A robot that
 passes through says it once or twice; one that stays in a dock does not keep people awake."""
-TELL_DOUBLINGS_MAX = 4
-"""Number of doublings by which the pause is the longest. A robot may stay in its dock for weeks."""
 LEASE_TELLS = 3.25
 """A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost, and
 the pause after that is twice as long."""
@@ -140,7 +138,8 @@ class PlaceState:
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""
         self.tells += 1
-        self.tell_s = now + min(TELL_S * 2.0 ** min(self.tells - 1, TELL_DOUBLINGS_MAX), TELL_MAX_S)
+        # an integer has no largest value, and a robot may stay in its dock for weeks
+        self.tell_s = now + TELL_S * min(1 << (self.tells - 1), TELL_MAX_S / TELL_S)
         self.announced = self.announced or self.tells > 1  # it stays, and the others expect to hear when it leaves
 
     def is_taken_by(self, keeper: str, now: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -21,9 +22,6 @@ class Patience:
     longest_s: float = 3600.0
     """Longest silence: in the end an attacker has one guess an hour."""
 
-
-DOUBLINGS_MAX = 60.0
-"""Every silence is the longest by then; wrong seals may go on for weeks, and 2 to the power of 1,024 is no number."""
 
 CODE_PATIENCE = Patience(free=2.0, forgive_s=900.0)
 """For six digits, which are guessed sixteen times as easily."""
@@ -55,7 +53,8 @@ class GrowingSilence:
         record.level += 1.0
         if record.level <= p.free:
             return None
-        doublings = min(record.level - p.free - 1.0, DOUBLINGS_MAX)
+        # wrong seals may go on for weeks, and 2 to the power of 1,024 is no number
+        doublings = min(record.level - p.free - 1.0, math.ceil(math.log2(p.longest_s / p.first_s)))
         silence_s = float(min(p.first_s * 2.0**doublings, p.longest_s))
         record.silent_until_s = now + silence_s
         return silence_s
