@@ -19,6 +19,7 @@ import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -79,13 +80,18 @@ def sphinx() -> Callable[[Samples], str]:
     return partial(heard, Decoder(loglevel="FATAL"))
 
 
-def whisper(folder: Path) -> Callable[[Samples], str]:
-    """A CTranslate2 Whisper model as a function from sound to text; exits where faster-whisper is missing."""
+def whisper_model(folder: Path) -> Any:
+    """A CTranslate2 Whisper model; exits where faster-whisper is missing."""
     try:
         from faster_whisper import WhisperModel
     except ImportError:
         raise SystemExit("skipped: --model needs faster-whisper") from None
-    model = WhisperModel(str(folder), device="cpu", compute_type="int8")
+    return WhisperModel(str(folder), device="cpu", compute_type="int8")
+
+
+def whisper(folder: Path) -> Callable[[Samples], str]:
+    """A Whisper model as a function from sound to text."""
+    model = whisper_model(folder)
 
     def written(sound: Samples) -> str:
         parts, _ = model.transcribe(

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.phones.texts import common_words
+from benchmarks.transcripts import whisper_model
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -47,12 +48,11 @@ def said_once(words: Sequence[str]) -> list[str]:
 
 
 def whisper(folder: Path) -> Callable[[Samples], tuple[str, float]]:
-    """A CTranslate2 Whisper model as a function from sound to text and its mean log probability."""
+    """A Whisper model as a function from sound to text and its mean log probability."""
+    whole = whisper_model(folder)
     import ctranslate2
-    from faster_whisper import WhisperModel
     from faster_whisper.tokenizer import Tokenizer
 
-    whole = WhisperModel(str(folder), device="cpu", compute_type="int8", cpu_threads=1)
     tokenizer = Tokenizer(whole.hf_tokenizer, whole.model.is_multilingual, task="transcribe", language="en")
     begin = [*tokenizer.sot_sequence, tokenizer.no_timestamps]
 
