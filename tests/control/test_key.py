@@ -335,7 +335,7 @@ def test_while_words_are_typed_others_may_change_keys_in_that_folder(
 ) -> None:
     """`hvcpctl key` of another terminal waited, without a word, until somebody had typed all 24."""
     typist = Typist(recovery_words(made, capsys), partial(run, "revoke", "--key", str(made), "Bot"))
-    monkeypatch.setattr(sys, "stdin", typist)
+    monkeypatch.setattr(sys, "stdin", typist)  # Python's own place for what a command reads
     assert run("restore", "--key", str(tmp_path / "copy.key")) == 0
     assert read_key_file(made).revoked == ("Bot",)
 
@@ -343,7 +343,8 @@ def test_while_words_are_typed_others_may_change_keys_in_that_folder(
 def test_where_no_key_can_be_restored_nobody_types_its_words(
     made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys, "stdin", Typist([], partial(pytest.fail, "the words were asked for")))
+    typist = Typist([], partial(pytest.fail, "the words were asked for"))
+    monkeypatch.setattr(sys, "stdin", typist)  # Python's own place for what a command reads
     for path, why in ((made, "this is there"), (tmp_path, "this is a folder"), (tmp_path / "no/x", "cannot be opened")):
         assert run("restore", "--key", str(path)) == 2
         assert why in capsys.readouterr().err

@@ -35,6 +35,7 @@ def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
 async def test_a_program_in_python_need_not_flush_what_it_prints(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its progress came when it had ended, and a reason that it gave before a cancel never."""
     monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+    # it sleeps in a process of its own, which is ended as soon as its line is there
     program = ProgramRunner((sys.executable, "-c", "import time; print('{\"progress\": 0.5}'); time.sleep(60)"))
     told = asyncio.Event()
     task = asyncio.create_task(program.perform(call(), lambda _share, _text: told.set()))  # type: ignore[arg-type]
