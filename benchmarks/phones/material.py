@@ -1,10 +1,11 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people | --games | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
+        [--people | --games | --kokoro DIR [--usual] | --ours [--usual]] [--boxes] [--part train|calibration|test]
 
-Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
-(`recorded`), and noise in which nobody speaks; with `--games`, lines of the games in DIR/games.
+Synthetic voices say the texts (`texts`, `voices`); with `--ours`, the robots' alone. With `--people`, instead: words of
+people, alone and in strings (`recorded`), and noise in which nobody speaks; with `--games`, lines of the games in
+DIR/games.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from benchmarks.people_material import DIGITS
 from benchmarks.phones.recorded import bare_words, joined, lines_of_games, noises, orders_of_coffee, string_of
 from benchmarks.phones.rooms import Rooms, stretched
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import calibrators, held_out, resampled, talkers
+from benchmarks.phones.voices import calibrators, held_out, ours, resampled, talkers
 from hil_fakes.robot_noise import fan, motor
 from hvcpd.people.bands import estimated_noise, log_bands
 from hvcpd.people.phones import PHONES, mean_normalised
@@ -152,7 +153,9 @@ def save(path: Path, takes: Sequence[Take]) -> None:
 def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon: Lexicon) -> Iterator[Said]:
     """Texts by synthetic voices."""
     texts, chooser = Texts(known, o.seed, o.usual), random.Random(o.seed)
-    if o.part == "train":
+    if o.ours:
+        voices = ours(lexicon)
+    elif o.part == "train":
         voices = talkers(lexicon, o.kokoro)
     else:
         voices = [(v, 1.0) for v in (calibrators if o.part == "calibration" else held_out)(o.kokoro)]
@@ -191,6 +194,7 @@ def main() -> None:
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kokoro", type=Path, help="voices, as the npm package kokoro-js has them in package/voices")
+    parser.add_argument("--ours", action="store_true", help="the robots' own voices instead, and many more like them")
     parser.add_argument("--usual", action="store_true", help="usual names and tasks, and more of their sentences")
     parser.add_argument("--people", action="store_true", help="by people")
     parser.add_argument("--games", action="store_true", help="by actors (benchmarks.phones.games)")
@@ -199,7 +203,7 @@ def main() -> None:
         "--part", choices=("train", "calibration", "test"), default="train", help="of the voices and people"
     )
     o = parser.parse_args()
-    if o.kokoro is None and not (o.people or o.games):
+    if o.kokoro is None and not (o.people or o.games or o.ours):
         parser.error("texts need the voices of --kokoro: `npm pack kokoro-js`, package/voices")
     lexicon, known = Lexicon.load(), common_words()
     air = Air(o.seed, o.data, o.boxes)

@@ -245,6 +245,11 @@ def own(lexicon: Lexicon, exact: bool, natural: bool) -> Talker:
     return say
 
 
+def ours(lexicon: Lexicon) -> list[tuple[Talker, float]]:
+    """The robots' voices with the share of each: as they are, and any others of their synthesizers."""
+    return [(own(lexicon, True, False), 0.4), (own(lexicon, False, False), 0.4), (own(lexicon, False, True), 0.2)]
+
+
 def talkers(lexicon: Lexicon, kokoro_voices: Path) -> list[tuple[Talker, float]]:
     """Those to train on, with the share of each; raises SystemExit that names the programs that are missing."""
     missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
