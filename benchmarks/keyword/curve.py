@@ -7,8 +7,9 @@ Nothing but the nets listen, all to the same. `--part validate`: what thresholds
 are neither learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a
 robot's sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s
 after the word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s;
-people ordering coffee; sentences by synthesizers; sounds; robots' sentences, alone and in a kitchen; sentences with
-the word in them, which call nobody. There, what follows within 2 s of a halt is the same halt.
+people ordering coffee; lines of games, if DIR has them; sentences by synthesizers; sounds; robots' sentences, alone and
+in a kitchen; sentences with the word in them, which call nobody. There, what follows within 2 s of a halt is the same
+halt.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
@@ -30,6 +31,7 @@ from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
 from benchmarks.keyword.texts import inside
 from benchmarks.manner import Manner
 from benchmarks.people_material import foreigners
+from benchmarks.phones.recorded import lines_of_games
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, festival, kokoro
 from benchmarks.stop import Stage, at_level, kitchen, room
@@ -81,6 +83,9 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         [p for p in sorted((data / folder).glob("*.wav")) if part_of(p.stem, half=True) == name]
         for folder in ("negatives", "sounds")
     )
+    lines = lines_of_games(data, "calibration" if name == "validate" else name)
+    actors = [u.sound for u in lines if KEYWORD not in u.words]
+    random.Random(76).shuffle(actors)
 
     def prose() -> Iterator[Samples]:
         chooser = random.Random(78)
@@ -110,6 +115,7 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
             np.pad(s, (0, max(round(WORD_EVERY_S * SAMPLE_RATE_HZ) - len(s), 0))) for s in map(read, words)
         ),
         "people ordering coffee": map(read, coffee),
+        "actors in games": iter(actors),
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
         "robots' sentences": sentences(stage),

