@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="needs PyTorch, with which phone nets are trained")
 
+from benchmarks.phones.score import TEXTS, losses_of, others_of  # noqa: E402
 from benchmarks.phones.train import WIDTH, Data, Net, Residual, begun, weights_of  # noqa: E402
 from hvcpd.people.bands import N_BANDS  # noqa: E402
 from hvcpd.people.phones import PHONES, PhoneNet, near_net  # noqa: E402
@@ -64,3 +66,24 @@ def test_each_take_is_in_one_batch(tmp_path: Path) -> None:
         assert frames.tolist() == ((n_frames[batch] + 1) // 2).tolist()
         assert int(length.sum()) == len(phones)
     assert near_net().layer.weights.shape[0] == WIDTH
+
+
+def test_the_texts_beside_what_was_said_are_others_of_about_its_length() -> None:
+    said = [RNG.integers(0, 9, n).astype(np.int64) for n in (*(7,) * 30, *(9,) * 80, *(40,) * 50, 0)]
+    said.append(said[3])
+    texts = others_of(said, 3)
+    assert len(texts) == TEXTS
+    assert np.array_equal(texts[0], said[3])
+    assert len({text.tobytes() for text in texts}) == TEXTS
+    assert max(map(len, texts)) == 9
+
+
+def test_what_a_net_heard_is_likelier_than_another_text() -> None:
+    heard = np.full((12, len(PHONES) + 1), -9.0, np.float32)
+    heard[:, -1] = -0.1
+    for frame, phone in ((2, 4), (6, 7)):
+        heard[frame] = -9.0
+        heard[frame, phone] = -0.01
+    net = SimpleNamespace(log_posteriors=lambda _logs: heard)
+    losses = losses_of(net, np.zeros((24, N_BANDS), np.float32), [np.array([4, 7]), np.array([7, 4]), np.array([4])])  # type: ignore[arg-type]
+    assert losses.argmin() == 0
