@@ -20,6 +20,7 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, writing
+from hvcpd.memory.people import content
 from hvcpd.people.enrolled import Person
 from hvcpd.reporting.text import plural
 from hvcpd.robot.robot import Robot
@@ -150,7 +151,9 @@ class Reloader:
             if (people.keys() ^ read.people.keys()) & {name.lower() for name in wiring.settings.names}:
                 restart.append("people")
             # Who is known with the same words stays the same object, for what was made of its words is kept.
-            people = {k: people[k] if k in people and people[k].same_as(p) else p for k, p in read.people.items()}
+            people = {
+                k: people[k] if k in people and content(people[k]) == content(p) else p for k, p in read.people.items()
+            }
         news = _news_of_people(wiring.people, people)
         changed += news
         settings = replace(wiring.settings, **{key: getattr(read.settings, key) for key in LIVE})
@@ -213,7 +216,7 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
         {"key": f"{what} of {now[key].name}", "before": len(old[what]), "now": len(new[what])}
         for key in sorted(before.keys() & now.keys())
         if before[key] is not now[key]
-        for old, new in [(before[key].content, now[key].content)]
+        for old, new in [(content(before[key]), content(now[key]))]
         for what in new
         if old[what] != new[what]
     ]

@@ -10,6 +10,7 @@ import os
 import stat
 import zipfile
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from hvcpd.people.enrolled import (
     MAX_TAKES,
     Person,
     SpokenSentence,
+    Takes,
 )
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
 from hvcpd.synthesis.lexicon import Lexicon
@@ -163,6 +165,37 @@ def read_person(path: Path) -> Person:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
     except Exception as error:  # zipfile and numpy raise all kinds for files that are damaged, or were made to do harm
         raise StoreError(f"{path}: this is not an enrolment by hvcpd ({error}); enrol the person again") from None
+
+
+def content(person: Person) -> dict[str, list[tuple[str, bytes]]]:
+    """The sentences and the takes, to be counted and compared: of each its words, and a print of its energies."""
+    takes = [_print(word, np.log(take)) for word in sorted(person.takes) for take in person.takes[word]]
+    return {"sentences": [_print(" ".join(each.words), each.logs) for each in person.sentences], "takes": takes}
+
+
+def unknown(person: Person, takes: Takes, sentences: Iterable[SpokenSentence]) -> tuple[Takes, list[SpokenSentence]]:
+    """Those of the takes and sentences that this person has not, each once: they may be of the same recordings."""
+    seen = set(chain(*content(person).values()))
+
+    def is_new(text: str, logs: LogBands) -> bool:
+        known, mark = len(seen), _print(text, logs)
+        seen.add(mark)
+        return len(seen) > known
+
+    news = {word: [take for take in of_word if is_new(word, np.log(take))] for word, of_word in takes.items()}
+    said = [each for each in sentences if is_new(" ".join(each.words), each.logs)]
+    return {word: of_word for word, of_word in news.items() if of_word}, said
+
+
+def joined(person: Person, other: Person) -> Person:
+    """The same with what another record of this person has more."""
+    takes, sentences = unknown(person, other.takes, other.sentences)
+    return person.with_takes(takes).with_sentences(sentences)
+
+
+def _print(text: str, logs: LogBands) -> tuple[str, bytes]:
+    """What is the same for two readings of one recording, also if one was in a file, which has float16."""
+    return text, logs.astype(np.float16).tobytes()
 
 
 class _WrongError(Exception):

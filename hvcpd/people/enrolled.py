@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 
 import numpy as np
 
@@ -48,44 +47,16 @@ class SpokenSentence:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """A person's name, as written, takes of words, and sentences. `same_as` compares two."""
+    """A person's name, as written, takes of words, and sentences."""
 
     name: str
     takes: Takes = field(default_factory=dict)
     sentences: tuple[SpokenSentence, ...] = ()
 
     @property
-    def n_takes(self) -> int:
-        """Number of takes of all words."""
-        return sum(map(len, self.takes.values()))
-
-    def same_as(self, other: Person) -> bool:
-        """Whether both have the same takes of the same words, and the same sentences, be they from a file or not."""
-        return self.content == other.content
-
-    @property
-    def content(self) -> dict[str, list[tuple[str, bytes]]]:
-        """The sentences and the takes, to be counted and compared: of each its words, and a print of its energies."""
-        takes = [_print(word, np.log(take)) for word in sorted(self.takes) for take in self.takes[word]]
-        return {"sentences": [_print(" ".join(each.words), each.logs) for each in self.sentences], "takes": takes}
-
-    @property
     def voice(self) -> str:
         """The recogniser's name for this voice: only takes tell it from others."""
         return voice_of(self.name) if self.takes else STRANGER
-
-    def unknown(self, takes: Takes, sentences: Iterable[SpokenSentence]) -> tuple[Takes, list[SpokenSentence]]:
-        """Those of the takes and sentences that this person has not, each once: they may be of the same recordings."""
-        seen = set(chain(*self.content.values()))
-
-        def is_new(text: str, logs: LogBands) -> bool:
-            known, mark = len(seen), _print(text, logs)
-            seen.add(mark)
-            return len(seen) > known
-
-        news = {word: [take for take in of_word if is_new(word, np.log(take))] for word, of_word in takes.items()}
-        said = [each for each in sentences if is_new(" ".join(each.words), each.logs)]
-        return {word: of_word for word, of_word in news.items() if of_word}, said
 
     def with_takes(self, more: Takes) -> Person:
         """The same with more takes, the oldest beyond MAX_TAKES of a word left out."""
@@ -95,16 +66,6 @@ class Person:
     def with_sentences(self, more: Iterable[SpokenSentence]) -> Person:
         """The same with more sentences, the oldest beyond MAX_SENTENCES left out."""
         return replace(self, sentences=(*self.sentences, *more)[-MAX_SENTENCES:])
-
-    def joined(self, other: Person) -> Person:
-        """The same with what another record of this person has more."""
-        takes, sentences = self.unknown(other.takes, other.sentences)
-        return self.with_takes(takes).with_sentences(sentences)
-
-
-def _print(text: str, logs: LogBands) -> tuple[str, bytes]:
-    """What is the same for two readings of one recording, also if one was in a file, which has float16."""
-    return text, logs.astype(np.float16).tobytes()
 
 
 ENROLLED = ", enrolled"

@@ -23,7 +23,17 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.competition import competing_phrases
-from hvcpd.memory.people import enrolled_people, is_enrolled, person_path, read_person, remove_person, write_person
+from hvcpd.memory.people import (
+    content,
+    enrolled_people,
+    is_enrolled,
+    joined,
+    person_path,
+    read_person,
+    remove_person,
+    unknown,
+    write_person,
+)
 from hvcpd.people.enrolled import MAX_TAKES, Person, SpokenSentence
 from hvcpd.recognition.frontend import Energies
 from hvcpd.reporting.text import plural
@@ -85,7 +95,7 @@ def _list(options: argparse.Namespace) -> int:
     for fault in faults:
         print_error("hvcpctl", fault)
     rows: list[dict[str, Any]] = [
-        {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": p.n_takes}
+        {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": sum(map(len, p.takes.values()))}
         for p in people.values()
     ]
     if options.json:
@@ -128,8 +138,8 @@ def _import(options: argparse.Namespace) -> int:
     team = _team_with(options, person.name)
     path = person_path(_state_dir(options), person.name)
     before = _kept(path, person.name)
-    after = before.joined(person)
-    if after.same_as(before):
+    after = joined(before, person)
+    if content(after) == content(before):
         sys.stdout.write(f"{person.name}: all of {options.import_} is known already, and not added again\n")
         return EX_OK
     write_person(path, after)
@@ -178,7 +188,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
     report.other_name = other_speaker(sentences, options.person, team.names, team.sound.lexicon.sounds)
     said = sum(map(len, found.values())) + len(sentences)
-    new, sentences = known.unknown(found, sentences)
+    new, sentences = unknown(known, found, sentences)
     report.words, report.takes = len(new), sum(map(len, new.values()))
     report.sentences = len(sentences)
     report.known = said - report.takes - report.sentences
