@@ -5,7 +5,7 @@
 Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
 say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
 one core that does nothing else, for the enrolled alone and for strangers too, and how long the speech is. A look that
-takes longer than `hvcpd.recognition.stages.MAX_WAIT` is given up.
+takes longer than `hvcpd.recognition.stream.MAX_WAIT` is given up.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.stages import MAX_WAIT, Segment
+from hvcpd.recognition.stages import Segment
+from hvcpd.recognition.stream import MAX_WAIT
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

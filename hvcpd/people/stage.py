@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from hvcpd.people.second_pass import Found, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, QUIET, SecondPassStage, Segment, Worker
-from hvcpd.recognition.stream import LONGEST_SENTENCE
+from hvcpd.recognition.stages import GOES_ON_WITHIN, QUIET, SecondPassStage, Segment, Worker
+from hvcpd.recognition.stream import LONGEST_SENTENCE, MAX_WAIT
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 SHORT_LOSS = SAMPLE_RATE_HZ // 10

@@ -13,9 +13,7 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.noise import MEMORY_FRAMES
-from hvcpd.recognition.stream import CHUNK_SAMPLES, History
+from hvcpd.recognition.stream import CHUNK_SAMPLES, NOISE_LEAD, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 
@@ -98,8 +96,6 @@ class SpeechRecogniser:
         self.first_pass.prepare(go_on)
 
 
-NOISE_LEAD = MEMORY_FRAMES * HOP_SAMPLES
-"""Samples before speech, for its noise: the noise tracker's memory."""
 MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
 """Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when
 the event is reported."""
@@ -108,9 +104,6 @@ QUIET = SAMPLE_RATE_HZ // 2
 echoes."""
 GOES_ON_WITHIN = SAMPLE_RATE_HZ
 """Samples within which what is said after a possible part of a sentence may be the rest of it."""
-MAX_WAIT = 3 * SAMPLE_RATE_HZ
-"""Longest time (samples) from the end of speech to the result of its search. After that it counts as if nothing had
-been found: a robot that has not answered by then is asked again anyway."""
 
 
 @dataclass(frozen=True, eq=False)

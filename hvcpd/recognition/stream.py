@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, Energies, energies_of
+from hvcpd.recognition.noise import MEMORY_FRAMES
 
 CHUNK_FRAMES = 4
 """Number of frames (40 ms) that are processed at once: fewer and longer vector operations, at a delay that
@@ -44,9 +45,14 @@ Int16Samples = NDArray[np.int16]
 INT16_SCALE = np.float32(32_768.0)
 LONGEST_SENTENCE = 10 * SAMPLE_RATE_HZ
 """Samples (10 s): no sentence of the phrasebook takes longer. Other talk does, and is searched piece by piece."""
-HISTORY_SAMPLES = 2 * LONGEST_SENTENCE + 9 * SAMPLE_RATE_HZ
-"""Length of the history (0.9 MB). `ChannelStage` looks back farthest: to two of the longest sentences and 3 s for their
-noise, after searches of 3 s each."""
+MAX_WAIT = 3 * SAMPLE_RATE_HZ
+"""Longest time (samples) from the end of speech to the result of its search. After that it counts as if nothing had
+been found: a robot that has not answered by then is asked again anyway."""
+NOISE_LEAD = MEMORY_FRAMES * HOP_SAMPLES
+"""Samples before speech, for its noise: the noise tracker's memory."""
+HISTORY_SAMPLES = NOISE_LEAD + 2 * (LONGEST_SENTENCE + MAX_WAIT)
+"""Length of the history (0.9 MB). `ChannelStage` looks back farthest: to two of the longest sentences, after their
+searches."""
 
 
 def to_int16(samples: Samples) -> Int16Samples:

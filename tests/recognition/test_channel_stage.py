@@ -17,8 +17,8 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SynchronousWorker
-from hvcpd.recognition.stream import HISTORY_SAMPLES
+from hvcpd.recognition.stages import GOES_ON_WITHIN, SynchronousWorker
+from hvcpd.recognition.stream import HISTORY_SAMPLES, MAX_WAIT
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,

@@ -8,8 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.stages import MAX_WAIT, NOISE_LEAD
-from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, LONGEST_SENTENCE, History, to_int16
+from hvcpd.recognition.stream import (
+    HISTORY_SAMPLES,
+    INT16_SCALE,
+    LONGEST_SENTENCE,
+    MAX_WAIT,
+    NOISE_LEAD,
+    History,
+    to_int16,
+)
 
 KEEP = 100
 Sizes = st.lists(st.integers(0, 150), min_size=1, max_size=30)

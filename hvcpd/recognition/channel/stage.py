@@ -22,8 +22,8 @@ from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, NOISE_LEAD, QUIET, SecondPassStage, Worker
-from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE
+from hvcpd.recognition.stages import GOES_ON_WITHIN, QUIET, SecondPassStage, Worker
+from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE, MAX_WAIT, NOISE_LEAD
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 ONSET_LAG = SAMPLE_RATE_HZ // 4
