@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks import channel_confidence, confidence, fusion, vocabulary
 from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
-from hvcpd.recognition.noise import PERCENTILE
+from hvcpd.recognition.noise import NOISE_QUANTILE
 
 Section = dict[str, object]
 WEIGHTS = Path("hvcpd/recognition/fitted.json")
@@ -33,7 +33,7 @@ def measured(energies: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
     """Statistics of steady noise whose mel energies have shape (frames, N_BANDS)."""
     mean = energies.mean(axis=0)
     logs = np.log(energies / mean)
-    ratio = np.percentile(energies, PERCENTILE, axis=0) / mean
+    ratio = np.quantile(energies, NOISE_QUANTILE, axis=0) / mean
     found = {"percentile_ratio": ratio, "mean_log": logs.mean(axis=0), "std_log": logs.std(axis=0)}
     return {name: np.asarray(values, np.float32) for name, values in found.items()}
 

@@ -26,6 +26,8 @@ WINDOW_SAMPLES, PRE_EMPHASIS = 410, 0.97
 """Parameters of the front end with which the nets were trained: those of PocketSphinx's model `en-us`."""
 LEVEL_RMS = 0.1
 """RMS of the louder quarter of the speech's samples, full scale 1, in the nets' training."""
+LEAST_RMS = 1e-4
+"""Speech fainter than this (-80 dBFS) is as good as none."""
 LEAST = 1e-4
 """Added to energies before the logarithm, which bounds it."""
 
@@ -77,7 +79,7 @@ def level_gain(speech: Samples) -> np.float32:
     if not len(speech):
         return np.float32(1.0)
     loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
-    return np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
+    return np.float32(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), LEAST_RMS))
 
 
 def estimated_noise(sound: Samples, lead: int) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from hvcpd.recognition.decoder_session import LEAST_MARGIN
 from hvcpd.recognition.events import Recognised, Source
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
-from hvcpd.recognition.network import MAX_ADVANCE, Beam, Costs, Network
+from hvcpd.recognition.network import MAX_ADVANCE, PADDING, Beam, Costs, Network
 from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.templates import Noise, TemplateBank, distances, noise_features, norms_of
 
@@ -102,8 +102,8 @@ synthetic voices: 87 of 90, with 0.3 88, with 0.8 86. Fluent words are shorter t
 TAKE_BEAM = Beam(width=120.0, above_filler=30.0, max_pairs=150)
 """A path may cost as much more than another one as half a second of wrong sounds. With 60 more than the filler, and 300
 pairs, the same of 300 digits and sentences are right, in a third more time."""
-BLOCK_FRAMES = MAX_ADVANCE // 3
-"""Number of frames between two prunings, in which a path advances by MAX_ADVANCE at most."""
+BLOCK_FRAMES = MAX_ADVANCE // PADDING
+"""Number of frames between two prunings, in which a path advances by MAX_ADVANCE at most, PADDING a frame."""
 
 MOST_DEFICIT = 3.0
 """Largest deficit of the worst word; words that people swallow in right sentences have more."""

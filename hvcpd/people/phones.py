@@ -63,6 +63,8 @@ def net_inputs(segment: Segment) -> LogBands:
 
 ANY_PHONE = "*"
 """In a pronunciation: whichever phone is heard."""
+LEAST_POSTERIOR = 1e-6
+"""Of ANY_PHONE in a frame, so that its logarithm is finite."""
 ANY_PHONE_COST = 1.8
 """Of each, nats (docs/decisions/phones.md)."""
 
@@ -183,8 +185,8 @@ def _with_any_phone(log_posteriors: LogPosteriors) -> LogPosteriors:
     """With the columns of ANY_PHONE ahead of the blank's: shape (frames, len(PHONES) + 3). It is one phone, whichever;
     one that could change from frame to frame would be any speech, however long."""
     phones = np.exp(log_posteriors[:, :-1])
-    any_phone = np.maximum(phones.sum(axis=1, keepdims=True), 1e-6)
-    same = np.maximum((phones * _before(phones)).sum(axis=1, keepdims=True) / _before(any_phone), 1e-6)
+    any_phone = np.maximum(phones.sum(axis=1, keepdims=True), LEAST_POSTERIOR)
+    same = np.maximum((phones * _before(phones)).sum(axis=1, keepdims=True) / _before(any_phone), LEAST_POSTERIOR)
     return np.concatenate((log_posteriors[:, :-1], np.log(any_phone), np.log(same), log_posteriors[:, -1:]), axis=1)
 
 

@@ -16,10 +16,11 @@ from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs,
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.stages import Segment
+from hvcpd.recognition.template_recogniser import RecogniserSettings
 from hvcpd.synthesis.lexicon import Lexicon, common_words
 
-MIN_PROBABILITY = 0.8
-"""Least confidence, as in the robots' own recogniser."""
+MIN_PROBABILITY = RecogniserSettings.min_confidence
+"""Least confidence by enrolled people's takes, as in the robots' own recogniser."""
 MIN_STRANGERS_PROBABILITY = 0.75
 """Least confidence of a stranger's sentence. Of 486 sentences by three of Kokoro's voices, flite's and festival's slt,
 to which nothing was fitted, in white noise at 20 dB or pink noise at 8 dB, 266 are so sure and right and 5 so sure and

@@ -20,18 +20,19 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.whitening import moving_average
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES, power_ratio
+from hvcpd.recognition.frontend import HOP_SAMPLES, SILENT_POWER, power_ratio
 from hvcpd.recognition.keyword.net import DELAY_FRAMES, WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME
 from hvcpd.recognition.stream import FrameStream, History, cleaned
 
-BLOCK = 320
+BLOCK = 2 * HOP_SAMPLES
 """Number of samples processed at a time: 20 ms."""
 PARTITIONS = 7
 """Number of blocks over which the echo path is modelled: 140 ms, of which 40 are for a latency that is known to within
 20 ms only, the rest for the room's early sound."""
 _EARLY_PARTITIONS = 3
-"""Number of first blocks, one of which has the direct sound."""
+"""Number of first blocks, one of which has the direct sound: that in the middle, and one for DELAY_TOLERANCE_S either
+way."""
 _LATE_POWER = 0.03
 """Initial power of later blocks, relative to the first ones."""
 _DECAY = 0.6
@@ -94,7 +95,7 @@ class EchoCanceller:
         self._noise = power if self._noise is None else _SMOOTH * self._noise + (1.0 - _SMOOTH) * power
         own_power = np.abs(self._own) ** 2
         doubt = 0.5 * (self._variance * own_power).sum(axis=0)  # half of each frame is new
-        weight = self._variance / (doubt + self._noise + 1e-12)
+        weight = self._variance / (doubt + self._noise + SILENT_POWER)
         step = np.fft.irfft(weight * self._own.conj() * error, axis=1)
         step[:, BLOCK:] = 0.0
         self._path = _FORGET * (self._path + np.fft.rfft(step, axis=1))
@@ -102,7 +103,7 @@ class EchoCanceller:
         self._variance = _FORGET**2 * still + (1.0 - _FORGET**2) * np.abs(self._path) ** 2
 
 
-DELAY_TOLERANCE_S = 0.02
+DELAY_TOLERANCE_S = BLOCK / SAMPLE_RATE_HZ
 """Largest deviation of the own voice's delay from the expected one, either way."""
 LEAST_LEVEL_DB = -15.0
 """The least level of the word relative to the own voice's; the filter leaves -16 dB of it in its first sentence."""
@@ -266,11 +267,11 @@ def own_correlation(played: History, residual: History, start: int, end: int) ->
     powers = np.concatenate([np.zeros(1), np.cumsum(np.square(other[: len(around)]))])
     energies = powers[len(word) :] - powers[: -len(word)]
     scale = np.sqrt(np.maximum(energies, energies.max() * FAINT_SHARE) * np.square(one).sum())
-    return float((np.abs(products) / np.maximum(scale, 1e-12)).max())
+    return float((np.abs(products) / np.maximum(scale, SILENT_POWER)).max())
 
 
 def _whitened(sound: Samples, size: int) -> NDArray[np.float64]:
     """The sound with half of its colour (in dB) taken out, of `size` samples."""
     spectrum = np.fft.rfft(np.diff(sound, prepend=0.0), size)
     power = moving_average(np.square(np.abs(spectrum)), SMOOTHED_REACH)
-    return np.fft.irfft(spectrum / np.maximum(power, 1e-12) ** 0.25)
+    return np.fft.irfft(spectrum / np.maximum(power, SILENT_POWER) ** 0.25)

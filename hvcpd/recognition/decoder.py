@@ -173,7 +173,8 @@ class Decoder:
         self._rest.fill(UNREACHABLE)
         self._bound = np.float32(self._beam.above_filler)
         """The cost from which on no path leaves a word."""
-        self._set_active(ActiveStates.of(self._net, self._n_hypotheses, *[np.zeros(0, np.intp)] * 3))
+        none = np.zeros(0, np.intp)
+        self._set_active(ActiveStates.of(self._net, self._n_hypotheses, none, none, none))
         self.prune()
         self._begin_sentences()
 

@@ -36,6 +36,8 @@ HARMONICS_HZ = 250.0
 where their harmonics lie."""
 RUMBLE_HZ = 80.0
 """Wide low filters end here: below are mains hum and footsteps."""
+MEL_BREAK_HZ = 700.0
+"""The mel scale is about linear below and logarithmic above it (D. O'Shaughnessy, "Speech Communication", 1987)."""
 N_CEPSTRA = 13
 """c0 to c12: the spectral envelope without the pitch's ripples."""
 N_FEATURES = 2 * N_CEPSTRA
@@ -80,8 +82,8 @@ def decibels(ratio: float) -> float:
 
 def mel_edges_hz(low_hz: float, high_hz: float, n_bands: int) -> NDArray[np.float64]:
     """Corners of `n_bands` overlapping triangular filters, evenly spaced on the mel scale, shape (n_bands + 2,)."""
-    low, high = (2595.0 * math.log10(1.0 + hz / 700.0) for hz in (low_hz, high_hz))
-    return np.asarray(700.0 * (10.0 ** (np.linspace(low, high, n_bands + 2) / 2595.0) - 1.0))
+    low, high = (1.0 + hz / MEL_BREAK_HZ for hz in (low_hz, high_hz))
+    return np.asarray(MEL_BREAK_HZ * (np.geomspace(low, high, n_bands + 2) - 1.0))
 
 
 def mel_filterbank() -> NDArray[np.float32]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.fitted import fitted
-from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
+from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies, power_ratio
 
 MEMORY_FRAMES = 300
 """Length of the window (3 s) of which the percentile is taken: longer than any word."""
@@ -44,15 +44,15 @@ TONE_RISE_NEPER = 0.4
 TONE_SHARE = 0.3
 """A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
 louder than the noise is none."""
-_RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
-PERCENTILE = 20.0
-"""Low enough that speech present four fifths of the time leaves the estimate of the noise alone."""
+_RISE = np.float32(power_ratio(RISE_DB_PER_S * HOP_SAMPLES / SAMPLE_RATE_HZ))
+NOISE_QUANTILE = 0.2
+"""Of a band's energies: low enough that speech four fifths of the time leaves the estimate of the noise alone."""
 
 
 _WEIGHTS = fitted("steady_noise")["weights"]
 STEADY_RATIO = np.array(_WEIGHTS["percentile_ratio"], np.float32)
-"""PERCENTILE of a band's energies in steady noise over their mean, shape (N_BANDS,). `python -m benchmarks.fit --only
-steady_noise` measures it on 40 s of white noise, like the next two (estimates good to about 1 %)."""
+"""NOISE_QUANTILE of a band's energies in steady noise over their mean, shape (N_BANDS,). `python -m benchmarks.fit
+--only steady_noise` measures it on 40 s of white noise, like the next two (estimates good to about 1 %)."""
 STEADY_MEAN_LOG, STEADY_STD_LOG = (np.array(_WEIGHTS[name], np.float32) for name in ("mean_log", "std_log"))
 """Mean and standard deviation of the natural logarithm of energy over mean energy there, shape (N_BANDS,)."""
 
@@ -77,7 +77,7 @@ class NoiseTracker:
         self._past = np.concatenate([self._past, energies])[-MEMORY_FRAMES:]
         if self.ready:
             most = self.estimate * _RISE ** len(energies) if speech else np.float32(np.inf)
-            rank = int(PERCENTILE / 100.0 * (len(self._past) - 1))
+            rank = int(NOISE_QUANTILE * (len(self._past) - 1))
             ranked = np.partition(self._past, rank, axis=0)
             np.maximum(ranked[rank] / STEADY_RATIO, ENERGY_FLOOR, out=self.estimate)
             np.minimum(self.estimate, most, out=self.estimate)

@@ -90,7 +90,7 @@ def reverberated(energies: Energies) -> Energies:
     for the adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after
     the last frame is left out.
     """
-    left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
+    left = np.float32(power_ratio(-60.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
     out = (1 - left) * energies
     reach = 1
     while reach < len(out) and left > 0.0:  # each frame sums the last `reach` frames, twice as many each time

@@ -23,6 +23,7 @@ from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT
 from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering, sayable
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult, stretch_energies
 from hvcpd.recognition.channel.whitening import (
+    BAND_HZ,
     BINS,
     FRAME,
     interpolated,
@@ -35,9 +36,9 @@ from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.recognition.frontend import TINY, rfft
 from hvcpd.recognition.stages import QUIET
 
-ONSET_WINDOW = 16_384
+ONSET_WINDOW = 16 * FRAME
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""
-ONSET_STEP = 8_000
+ONSET_STEP = SAMPLE_RATE_HZ // 2
 """Lags that are new each time, samples (0.5 s)."""
 GREETING_LENGTH = ONSET_WINDOW - ONSET_STEP - FIRST_TAPS
 """Samples of a greeting that are correlated; a slow greeting is a little longer."""
@@ -54,7 +55,7 @@ MEAN_RISE = 0.0489
 counts: the exponential integral E1(2)."""
 TAPERED = 0.3
 """A bin counts at most as much as 1 / 0.3 mean ones, since the mean over a few bins is not steady."""
-VOICED = slice(100 * FRAME // 16_000, 4000 * FRAME // 16_000)
+VOICED = slice(int(BAND_HZ[0] * FRAME / SAMPLE_RATE_HZ), FRAME // 4)
 """Bins (100 Hz to 4 kHz) in which voices have their harmonics."""
 
 

@@ -23,7 +23,7 @@ from hvcpd.recognition.channel.whitening import (
     inverse_spectrum,
     with_cell_weights,
 )
-from hvcpd.recognition.frontend import TINY, frames_of, rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, rfft
 
 Taps = NDArray[np.float32]
 
@@ -47,7 +47,7 @@ def channel_responses(autocorrelations: Taps, correlations: Taps, n: int) -> Tap
     column = np.zeros((len(p), 2 * n), np.float32)
     column[:, :n] = autocorrelations[:, :n]
     column[:, n + 1 :] = column[:, n - 1 : 0 : -1]
-    energy = np.maximum(column[:, 0], np.float32(1e-9))
+    energy = np.maximum(column[:, 0], np.float32(TINY))
     explained = np.maximum(_products(p, p) / energy, 1.0)
     ridge = (energy * np.clip(n / explained, LEAST_RIDGE, MOST_RIDGE)).astype(np.float32)[:, None]
     column[:, :1] += ridge
@@ -158,7 +158,7 @@ def blocks_of(said: Signal) -> Blocks:
     around = frames_of(sound, SIZE, BLOCK) * _WINDOW
     both = rfft(around)
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
-    time = np.square(slopes).reshape(n_blocks + 1, -1, CELL_STEP).sum(axis=2) + 1e-12
+    time = np.square(slopes).reshape(n_blocks + 1, -1, CELL_STEP).sum(axis=2) + SILENT_POWER
     time /= time.sum(axis=1, keepdims=True)
     return Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 

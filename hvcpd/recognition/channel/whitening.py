@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, power_ratio, rfft
 
 FRAME = 1024
 BINS = FRAME // 2 + 1
@@ -24,8 +24,8 @@ LATE_ECHO_SHARE = 0.3
 LOUD = 4.0
 """Ratio to the noise's power above which sound is weighted by its own power: clatter and loud echoes are noise."""
 POWER_S = 0.04
-EMPTY_SHARE = 10.0**-3.5
-"""Power of a bin relative to that of bins of LOUD_QUANTILE (-35 dB) below which it counts nothing: whitened, the empty
+EMPTY_SHARE = power_ratio(-35.0)
+"""Power of a bin relative to that of bins of LOUD_QUANTILE below which it counts nothing: whitened, the empty
 bands of a narrow microphone outweigh all others, and any voice seems to be a robot's (docs/decisions/channel.md)."""
 LOUD_QUANTILE = 0.75
 """A hum does not change it, and a band up to 3.4 kHz suffices for it."""

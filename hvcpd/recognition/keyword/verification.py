@@ -18,6 +18,7 @@ from typing import NamedTuple
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.recognition.fitted import logit
+from hvcpd.recognition.stream import LONGEST_SENTENCE
 
 KEYWORD_FORMS = frozenset(("stop", "stopped"))
 """Words of a sentence that account for a detection in their place."""
@@ -46,11 +47,11 @@ POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
 """Accuracy (0.15 s) of the positions of detections and sentences."""
 OPENING_SPAN = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
 """Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of its first word."""
-DROPPED_MEMORY = 12 * SAMPLE_RATE_HZ
-"""Time (12 s) for which a dropped detection is remembered, since the sentence around it may show that it was a call:
-the length of a sentence and the rest after it."""
 HOLD_TIME = 2 * SAMPLE_RATE_HZ
 """Time (2 s) for which the robot stands still for an uncertain detection."""
+DROPPED_MEMORY = LONGEST_SENTENCE + 2 * SAMPLE_RATE_HZ
+"""Time for which a dropped detection is remembered, since the sentence around it may show that it was a call: the
+length of that sentence and the rest after it."""
 REPEAT_WINDOW = 6 * SAMPLE_RATE_HZ
 """Time (6 s) after a call within which a person who sees the robots go on may repeat it."""
 
