@@ -43,7 +43,6 @@ class Clips:
         self._name = name.lower()
         self._clock = clock
         self._blocks: deque[tuple[float, Samples]] = deque()
-        self._length = 0
         self._flights: set[asyncio.Task[None]] = set()
         self._turn = asyncio.Lock()
         self.lost = 0
@@ -54,12 +53,10 @@ class Clips:
         settings = self._settings()
         if settings.folder is None:
             self._blocks.clear()
-            self._length = 0
             return
         self._blocks.append((now, heard))
-        self._length += heard.size
-        while self._length - self._blocks[0][1].size > KEPT_S * SAMPLE_RATE_HZ:
-            self._length -= self._blocks.popleft()[1].size
+        while now - self._blocks[0][0] > KEPT_S:  # by time: without a card blocks are empty, for days
+            self._blocks.popleft()
         for record in records:
             if isinstance(record, GarbledRecord):
                 self._keep(self._stretch(record.start_s - BEFORE_S, record.end_s + AFTER_S), settings)
@@ -67,7 +64,7 @@ class Clips:
     @property
     def kept_s(self) -> float:
         """Length of the sound in memory, s."""
-        return self._length / SAMPLE_RATE_HZ
+        return sum(_length_s(block) for _, block in self._blocks)
 
     async def close(self) -> None:
         """Write what waits."""

@@ -93,6 +93,9 @@ class SoundTap:
 
     def take(self, heard: Samples, now: float) -> Sound | None:
         """Take a block of shape (n,), float32, that ends at `now`; return an event for each PERIOD_S."""
+        if heard.size == 0:  # the card is gone: what it heard before is not told as of when it is back
+            self._blocks.clear()
+            return None
         self._blocks.append(heard)
         n = sum(block.size for block in self._blocks)
         if n < PERIOD_S * SAMPLE_RATE_HZ:

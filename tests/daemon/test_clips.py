@@ -73,6 +73,14 @@ def test_memory_is_bounded() -> None:
     assert recorder.clips.kept_s <= KEPT_S + BLOCK_S
 
 
+def test_nothing_is_kept_of_the_time_without_a_card() -> None:
+    """Each block without sound stayed, ten a second, beside the last sound: a gigabyte in two weeks."""
+    recorder = Recorder(ClipSettings(Path("nowhere")))
+    recorder.live(3.0)
+    recorder.clips.take(np.zeros(0, np.float32), 3.0 + 2.0 * KEPT_S, ())
+    assert recorder.clips.kept_s == 0.0
+
+
 @pytest.mark.parametrize("settings", [ClipSettings(keep=3), ClipSettings(keep_mb=0.17)])
 async def test_the_oldest_go_and_other_files_stay(settings: ClipSettings, tmp_path: Path) -> None:
     folder = tmp_path / "clips"
