@@ -148,6 +148,7 @@ class Navigator:
     def _met_obstacle(self, now_s: float) -> None:
         self._stalls += 1
         self._stall.clear()
+        self._motion.rest()  # afterwards speed rises from zero again
         if self._stalls > 1:
             self._fail("a wheel is blocked: something is in the way, and backing off did not help")
             return

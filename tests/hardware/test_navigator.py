@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import pytest
 
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
-from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionState, Turn
+from hvcpd.hardware.kinematics import BURGER
+from hvcpd.hardware.motion import ACCELERATION_M_S2, Forward, Goal, GoTo, MotionState, Turn
 from hvcpd.hardware.navigator import BACK_OFF_M, Dock, Face, Journey, Navigator, Waypoints
+from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S
 from hvcpd.hardware.stall import STALL_S, StallWatch
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
@@ -84,6 +87,22 @@ def test_an_obstacle_that_goes_away_costs_some_time_only(robot: VirtualRobot) ->
     back = max(a - b for k, a in enumerate(poses) for b in poses[k : k + 40])
     assert back == pytest.approx(BACK_OFF_M, abs=0.02)
     assert deepest > 0.0
+
+
+def test_after_it_has_backed_off_speed_rises_from_zero() -> None:
+    """It drove at the obstacle again with the speed at which it had met it, from one command to the next."""
+    robot, commands = VirtualRobot(seed=1), [0.0]
+    robot.wheels.open()
+
+    def hold() -> None:
+        robot.motors[0].blocked = 2.0 < robot.time.now_s < 2.4
+        commands.append(robot.motors[1].memory.get("goal_velocity") * VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m)
+
+    assert robot.carry_out(Forward(1.0), hold) is MotionState.ARRIVED
+    robot.wheels.close()
+    backed_off = next(k for k, speed_m_s in enumerate(commands) if speed_m_s < 0.0)
+    rises = [after - before for before, after in pairwise(commands[backed_off:]) if after > 0.0]
+    assert max(rises) <= 2.0 * ACCELERATION_M_S2 * PERIOD_S
 
 
 def test_without_readings_it_stands_still_and_then_fails() -> None:
