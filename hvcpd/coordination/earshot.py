@@ -27,8 +27,8 @@ which waits at least as long for each."""
 DOUBLINGS_MAX = 6
 """The pause doubles with each question that brought no order: from 15 s for each of the others up to 16 minutes."""
 
-TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
-"""Statements said to one robot in answer to its order."""
+ANSWERS_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy, m.Completed, m.Failed)
+"""Statements said to one robot in answer to its order, at once or when the task is over."""
 
 
 def note(me: Knowledge, heard: Heard) -> None:
@@ -42,7 +42,7 @@ def note(me: Knowledge, heard: Heard) -> None:
         peer.sought = peer.sought and not answered
     if isinstance(said, m.Order):
         waiting.giver = heard.speaker
-    elif isinstance(said, TAKES_ORDER) and isinstance(to, m.ToRobot) and not alone:
+    elif isinstance(said, ANSWERS_ORDER) and isinstance(to, m.ToRobot) and not alone:
         waiting.giver = to.name
     if alone and isinstance(said, m.Order | m.Confirmed):
         waiting.asked, waiting.until_s = 0, None

@@ -189,3 +189,12 @@ def test_where_nobody_gives_orders_nobody_asks_for_them() -> None:
     mission = Mission(("Rob", "Bot"), HERE, coordinator="Nobody", seed=2, conditions=Conditions())
     mission.air.run_until(1800.0)
     assert not any(isinstance(u.statement, m.WhatLeft) for _, _, u in mission.said)
+
+
+@pytest.mark.parametrize("report", [m.Completed(m.TaskByNumber(9)), m.Failed(m.TaskByNumber(9))])
+def test_a_follower_learns_from_a_report_who_gives_orders(report: m.Statement) -> None:
+    """One that was off while all orders were given waited for its own for ever: it never asked what is left."""
+    mission = Mission(("Rob",), HERE, ("Bot", "Zoe"), coordinator="Nobody", seed=2)
+    mission.tell(90.0, "Bot", m.Utterance("Bot", m.ToRobot("Zoe"), None, report))
+    mission.air.run_until(600.0)
+    assert any(isinstance(u.statement, m.WhatLeft) for _, _, u in mission.said)
