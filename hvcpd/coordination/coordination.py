@@ -120,7 +120,7 @@ class Coordination:
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0
         me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
-        is_second = self._is_second(utterance, now) and not (believed and isinstance(utterance.statement, COUNTS_TWICE))
+        is_second = self._is_second(utterance, believed, now)
         if is_second or (me.state in DEPARTING and not isinstance(utterance.statement, m.Stop)):
             return
         chatter.note_heard(me, utterance, snr_db, now)
@@ -136,8 +136,7 @@ class Coordination:
             me.reconsider(now)
 
     def garbled(self, over_own_speech: bool, now: float, addressed: bool = False) -> None:
-        """Speech was noticed that could not be understood; over the robot's own speech it shows that nobody heard
-        it. `addressed`: it was for this robot by name."""
+        """Speech was not understood; over the robot's own it shows that nobody heard it. `addressed`: to it by name."""
         me = self.knowledge
         me.floor.answer_slots = answer_slots(me, now)
         me.floor.garbled(now)
@@ -336,11 +335,12 @@ class Coordination:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
 
-    def _is_second(self, u: m.Utterance, now: float) -> bool:
+    def _is_second(self, u: m.Utterance, believed: bool, now: float) -> bool:
         """Whether this repeats the sentence that was understood just before: the robot does not act on it again."""
         me = self.knowledge
-        last, me.last_heard = me.last_heard, (u, now)
-        return last is not None and last[0] == u and -math.inf < me.floor.busy_since_s <= last[1] + SAME_WITHIN_S
+        (last, was_believed, at_s), me.last_heard = me.last_heard, (u, believed, now)
+        counts = believed and (isinstance(u.statement, COUNTS_TWICE) or not was_believed)  # its seal was misheard
+        return last == u and not counts and -math.inf < me.floor.busy_since_s <= at_s + SAME_WITHIN_S
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
         """This robot's position in the round of turns after a speaker; None for a newcomer that was given no names."""

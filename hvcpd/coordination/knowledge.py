@@ -32,6 +32,8 @@ from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State
 from hvcpd.language import messages as m
 
+NOT_HEARD = (None, False, NEVER_S)
+
 
 @dataclass
 class Current:
@@ -159,7 +161,8 @@ class Knowledge:
     """When something is due next, s since 1970; None: to be calculated again."""
     spreading: dict[int, tuple[float, int]] = field(default_factory=dict)
     """Tasks whose last change is repeated: when, s, and how often it was said."""
-    last_heard: tuple[m.Utterance, float] | None = None
+    last_heard: tuple[m.Utterance | None, bool, float] = NOT_HEARD
+    """The last sentence, whether it was believed, and when it was understood."""
     actions: list[Action] = field(default_factory=list)
 
     @cached_property

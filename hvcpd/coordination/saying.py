@@ -6,7 +6,7 @@ from hvcpd.coordination import changing, chatter, composing, halting, repair
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
 from hvcpd.coordination.floor import RESUMES, Intent, Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import NOT_HEARD, Knowledge
 from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import DEPARTING, Trigger
 from hvcpd.coordination.table import fire
@@ -65,7 +65,8 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
     note_introduced(me)
     slowly = repair.speaks_slowly(me) or me.role.speech.slowly
     is_stop = isinstance(utterance.statement, m.Stop)  # who was stopped by it may be released when it is said again
-    me.repair.last_said, me.repair.last_call, me.last_heard = None if is_stop else utterance, intent.call, None
+    me.repair.last_said, me.repair.last_call = None if is_stop else utterance, intent.call
+    me.last_heard = NOT_HEARD
     level_db = chatter.level_db(me, intent, utterance, now)
     for_noise = chatter.is_for_noise(me, utterance, level_db, now)
     me.do(Say(utterance, slowly, me.role.speech.times, level_db, for_noise))

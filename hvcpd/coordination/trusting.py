@@ -60,10 +60,11 @@ def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
 
 
 def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
-    """As `believes`; a speaker who is believed with a seal may be asked again another time."""
+    """As `believes`; a speaker who is believed with a seal is not asked any more, and may be another time."""
     believed = believes(me, u, trust)
     if believed and u.mark is not None and u.speaker is not None:
         me.doubts.asked.pop(u.speaker.lower(), None)
+        me.floor.withdraw(_topic(u.speaker))
     return believed
 
 
@@ -91,7 +92,12 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
     key, alone = name or "", is_for_me_alone(me, u.addressee)
     slot = 0 if alone else OTHERS_SLOT + min(me.rank(key, 0, now), RANK_MAX)  # of many listeners, one answers
     call = None if alone else key
-    composing.answer(me, name, f"trust {key}", statement, now, slot=slot, call=call, tentative=not alone)
+    composing.answer(me, name, _topic(key), statement, now, slot=slot, call=call, tentative=not alone)
+
+
+def _topic(name: str) -> str:
+    """The topic of what is said to a speaker who is not believed."""
+    return f"trust {name}"
 
 
 def _may_ask(me: Knowledge, name: str, now: float) -> bool:

@@ -146,3 +146,17 @@ def test_who_is_once_heard_as_a_robot_is_one(said: str) -> None:
     assert bot.peers.people() == {"max"}
     bot.heard(book.parse_text(said), mission.air.now, by_person="team" in said)
     assert bot.peers.people() == set()
+
+
+def test_who_reads_an_order_back_no_longer_says_that_it_is_busy() -> None:
+    """It said both where a voice had come between the order that it refused and the one that it took."""
+    room = Room("Rob", "Bot")
+    robot, book, air = room.robot, room.mission.book, room.mission.air
+    robot.knowledge.state, began_s = State.PROPOSED, air.now
+    for text in ("Hi Rob, I am Anna, complete task two", "Hi Rob, I am Bot, negative"):
+        robot.heard(book.parse_text(text), air.now)
+        robot.channel(True, air.now)
+    robot.knowledge.state = State.READY
+    robot.channel(False, air.now)
+    assert room.hears("Hi Rob, I am Anna, complete task two", 1.0) is State.READ_BACK
+    assert room.mission.written(began_s) == ["Hi Anna, I am Rob, I will complete task two"]

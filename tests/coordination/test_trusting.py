@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_seals import WordSeals, keyed_book
+from hvcpd.coordination.actions import Role, Say
+from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from hvcpd.security.guard import Guard
@@ -274,3 +278,33 @@ def test_an_unbelieved_claim_takes_no_task() -> None:
     after(mission, "Hi all, I am Bot, I will complete task two", "Mallory")
     after(mission, "Hi all, I am Ann, task one complete")
     assert [entry.state for entry in mission.robots["Rob"].board.entries()] == ["open", "open"]
+
+
+def believed_late(pause_s: float) -> Coordination:
+    """Rob, which has believed Bot's order only when it heard it again after this pause: of the first the seal was
+    misheard."""
+    rob = Coordination(Role("Rob", "plant", roster=NAMES), TASKS, random.Random(1))
+    rob.heard(m.Utterance("Bot", m.ToTeam("plant")), 0.5)
+    rob.knowledge.state = State.READY
+    order = m.Utterance("Bot", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(2)), m.Seal(1))
+    now = 10.0
+    for trust, after_s in ((Trust.WRONG, 0.0), (Trust.FRESH, pause_s)):
+        rob.channel(True, now + after_s)
+        now += after_s + 3.0
+        rob.channel(False, now)
+        rob.heard(order, now, trust=trust)
+    return rob
+
+
+def test_of_an_order_that_is_said_twice_the_second_counts_if_the_seal_of_the_first_was_misheard() -> None:
+    """It was left out as a repetition, and the robot asked for the order to be said again."""
+    assert believed_late(0.5).state is State.READING_BACK
+
+
+def test_who_is_believed_meanwhile_is_not_asked_to_say_it_again() -> None:
+    rob, said = believed_late(5.0), []
+    while rob.state is State.READING_BACK:
+        rob.tick(now := rob.next_deadline())
+        said += [action.utterance.statement for action in rob.actions(now) if isinstance(action, Say)]
+        rob.spoken(now + 3.0)
+    assert said == [m.Claim(m.TaskByNumber(2))]
