@@ -33,6 +33,8 @@ WARM_UP = 50
 """Steps until the rate is reached."""
 FALL = 0.4
 """Share of the steps, the last ones, in which the rate falls to nothing."""
+HALF = any("bf16" in line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags"))
+"""Whether the processor has numbers of two bytes: a step takes half the time; without them ten times as long."""
 PRINTED = 500
 """Steps from one check, and one file written, to the next."""
 
@@ -69,7 +71,7 @@ def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tup
         for group in optimizer.param_groups:
             group["lr"] = o.rate * min(step / WARM_UP, 1.0, (o.steps - step + 1) / (FALL * o.steps))
         optimizer.zero_grad()
-        with torch.autocast("cpu", torch.bfloat16):  # half the time where the processor has it
+        with torch.autocast("cpu", torch.bfloat16, enabled=HALF):
             logits = net(sound)
         each = loss_of(logits.float(), labels, o.weight)
         mixer.learned(takes, each.detach().numpy())
