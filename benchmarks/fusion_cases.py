@@ -216,7 +216,7 @@ def by_people(stage: Stage, place: Place, data: Path, seed: int) -> Iterator[Cas
         string = string_of(words, chooser)
         if not is_sentence(stage, string.words):
             yield Case("people's words in a row", (), nobody.hypotheses(place.heard(string.sound)))
-    lines = lines_of_games(data, "calibration")
+    lines = [line for line in lines_of_games(data, "calibration") if not is_sentence(stage, line.words)]
     for utterance in chooser.sample(lines, min(len(lines), MOST_LINES)):
         yield Case("actors' lines", (), nobody.hypotheses(place.heard(utterance.sound)))
     for folder, kind in (("negatives", "people's talk"), ("sounds", "sounds")):
