@@ -20,6 +20,7 @@ from scipy.optimize import minimize
 
 from benchmarks.fusion_cases import Case, all_cases
 from benchmarks.people_stage import Stage
+from hvcpd.language.wordings import same_meaning
 from hvcpd.people import fusion
 from hvcpd.people.fusion import confidence_features
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY
@@ -77,7 +78,7 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities:
     print(f"{'':44} " + "".join(f"{level:>6}" for level in levels) + "   " + "".join(f"{level:>6}" for level in levels))
     for kind in dict.fromkeys(case.kind for case in cases):
         mine = [k for k, case in enumerate(cases) if case.kind == kind]
-        right = [k for k in mine if fusion.same_meaning(found[k], cases[k].words)]
+        right = [k for k in mine if same_meaning(found[k], cases[k].words)]
         wrong = [k for k in mine if k not in right]
         halts = [k for k in wrong if found[k][-1] == "stop" and cases[k].words[-1:] != ("stop",)]
         stops = " ".join(f"{probabilities[k]:.2f}" for k in sorted(halts, key=lambda k: -probabilities[k])[:4])
@@ -106,9 +107,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
     found = winners(cases)
     values = np.array([each for _, each in found])
-    right = np.array(
-        [fusion.same_meaning(words, case.words) for case, (words, _) in zip(cases, found, strict=True)], float
-    )
+    right = np.array([same_meaning(words, case.words) for case, (words, _) in zip(cases, found, strict=True)], float)
     counts = np.array([case.counts for case in cases])
     weights = fit_probability(values, right, counts)
     probabilities = 1.0 / (1.0 + np.exp(-values @ weights))

@@ -19,8 +19,9 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.language.graph import WordGraph
+from hvcpd.language.pattern import Words
+from hvcpd.language.wordings import same_meaning
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import Words, same_meaning
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent

@@ -34,8 +34,8 @@ from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.wordings import same_meaning
 from hvcpd.people.enrolled import Person, SpokenSentence
-from hvcpd.people.fusion import same_meaning
 from hvcpd.people.phones import net_inputs
 from hvcpd.people.second_pass import Found
 from hvcpd.people.stage import PeopleStage

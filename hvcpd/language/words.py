@@ -19,7 +19,9 @@ _IRREGULAR = {
     "twelve": "twelfth",
 }  # fmt: skip
 """Ordinals that are not their number with "th"."""
-SAFETY_WORDS = frozenset({"stop", "resume"})
+KEYWORD = "stop"
+"""Whoever says it halts robots, in any voice."""
+SAFETY_WORDS = frozenset({KEYWORD, "resume"})
 """Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
 NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""

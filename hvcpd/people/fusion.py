@@ -15,14 +15,14 @@ from itertools import chain
 
 import numpy as np
 
-from hvcpd.language.addressees import FRIEND, GREETINGS, TO_ALL
+from hvcpd.language.addressees import FRIEND
+from hvcpd.language.pattern import Words
+from hvcpd.language.wordings import by_name, is_call, same_meaning, wordings
+from hvcpd.language.words import KEYWORD
 from hvcpd.people.bands import LogBands
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import fitted, logistic, logit
-from hvcpd.recognition.keyword.stage import KEYWORD
-
-Words = tuple[str, ...]
 
 MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
@@ -31,8 +31,6 @@ DENIAL = "DENIAL"
 going to". No word is in capitals."""
 REFUSAL = "REFUSAL"
 """The same words after a name, as in "I am Anna, not confirmed"."""
-MOST_CALL_WORDS = 3
-"""Words of a call for a halt at most: an addressee and the keyword, as in "team plant stop"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,35 +139,9 @@ def fuse(hypotheses: Hypotheses) -> FusedHypothesis | None:
     return max(found, key=lambda each: each.probability, default=None)
 
 
-def by_name(words: Words, name: str) -> Words:
-    """The same sentence by a speaker with another name."""
-    at = words.index("am") + 1
-    return (*words[:at], name, *words[at + 1 :])
-
-
 def probability(found: Sequence[float]) -> float:
     """The probability, 0 to 1, that a sentence with these `confidence_features` is right."""
     return logistic(sum(weight * value for weight, value in zip(WEIGHTS, found, strict=True)))
-
-
-def is_call(words: Words) -> bool:
-    """Whether a sentence is a call for a halt."""
-    return len(words) <= MOST_CALL_WORDS and words[-1] == KEYWORD
-
-
-def wordings(words: Words) -> Sequence[Words]:
-    """All sentences with the same meaning: with either greeting, and to all or to nobody in particular, which are the
-    same to robots ("Hi, I am Anna" and "hello all, I am Anna")."""
-    if not words or words[0] not in GREETINGS:
-        return (words,)
-    rest = words[2:] if words[1:3] == (TO_ALL, "i") else words[1:]
-    to_all = ((), (TO_ALL,)) if rest[:1] == ("i",) else ((),)
-    return [(greeting, *to, *rest) for greeting in GREETINGS for to in to_all]
-
-
-def same_meaning(one: Words, other: Words) -> bool:
-    """Whether two sentences have the same meaning; calls for a halt have, whomever they address."""
-    return one in wordings(other) or (bool(one) and bool(other) and is_call(one) and is_call(other))
 
 
 WEIGHTS: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["probability"].values())

@@ -14,10 +14,11 @@ from functools import cache
 import numpy as np
 
 from hvcpd.language.graph import graph_of
+from hvcpd.language.words import KEYWORD
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, inputs_of, near_net, nets
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import frame_powers
-from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S, KEYWORD
+from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S
 
 CLEARLY_SPOKEN = 0.18
 """Mean probability of any phone in frames of clear speech, from which on the net is heard in full: in sentences of

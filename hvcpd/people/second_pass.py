@@ -9,9 +9,11 @@ from itertools import chain, product
 
 from hvcpd.language.addressees import FRIEND, GREETINGS, TO_ALL
 from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
+from hvcpd.language.pattern import Words
+from hvcpd.language.wordings import is_call, same_meaning
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
-from hvcpd.people.fusion import DENIAL, REFUSAL, FusedHypothesis, Hypotheses, Words
+from hvcpd.people.fusion import DENIAL, REFUSAL, FusedHypothesis, Hypotheses
 from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
@@ -116,7 +118,7 @@ class SecondPassRecogniser:
         """Whether a sentence is a call for a halt, or can take no addressee any more."""
         with_one = (TO_ALL, *words), (words[0], TO_ALL, *words[1:])
         ends = (ends_of(self._graph, self._graph.start, each) for each in with_one)
-        return fusion.is_call(words) or not any(found & self._graph.finals for found in ends)
+        return is_call(words) or not any(found & self._graph.finals for found in ends)
 
     def _sentence(self, segment: Segment) -> Found:
         if not self._strangers:
@@ -153,7 +155,7 @@ class SecondPassRecogniser:
         if fused is None or not found:
             return hypotheses, fused
         surest = max(found, key=lambda each: each[1].probability)
-        if not fusion.same_meaning(surest[1].words, fused.words):
+        if not same_meaning(surest[1].words, fused.words):
             return hypotheses, replace(fused, probability=0.0)
         return max((hypotheses, fused), surest, key=lambda each: each[1].probability)
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from hvcpd.control.hear.heard_sentences import line_at
 from hvcpd.control.hear.learn_alternatives import around, bank_of, closest
 from hvcpd.control.simulate.team import Team
-from hvcpd.people.fusion import Words, same_meaning
+from hvcpd.language.pattern import Words
+from hvcpd.language.wordings import same_meaning
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent

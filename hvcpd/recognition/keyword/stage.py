@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from hvcpd.language.words import KEYWORD
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
@@ -24,7 +25,6 @@ from hvcpd.recognition.stages import Reception, Stage
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-KEYWORD = "stop"
 LAST_WORD_SPAN = 4 * SAMPLE_RATE_HZ // 5
 """Samples (0.8 s) before the end of a sentence within which the net detects its last word."""
 LEAST_EXPLAINED = 0.1
