@@ -20,6 +20,11 @@ Samples: TypeAlias = "NDArray[np.float32]"
 """Mono sound, shape (n,), float32, 1.0 = full scale."""
 
 
+def samples_in(seconds: float) -> int:
+    """Number of samples in a time."""
+    return round(seconds * SAMPLE_RATE_HZ)
+
+
 WARN_BATTERY_V = 11.1
 """Below this a person should charge: a TurtleBot3's battery has 11.1 V nominally and is cut off at 11.0 V (ROBOTIS
 e-Manual)."""

@@ -16,20 +16,20 @@ import numpy as np
 from hvcpd.language.graph import graph_of
 from hvcpd.language.words import KEYWORD
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, inputs_of, near_net, nets
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.frontend import frame_powers
-from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S
+from hvcpd.recognition.keyword.stage import CHECKED_BEFORE
 
 CLEARLY_SPOKEN = 0.18
 """Mean probability of any phone in frames of clear speech, from which on the net is heard in full: in sentences of
 robots it was 0.18 to 0.35, in a vacuum cleaner's noise at -7 dB 0.05 to 0.13."""
 VOWELS = ("AA", "AO", "AH")
 """The keyword's in several accents."""
-BEFORE_FRAMES = round(0.56 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
+BEFORE_FRAMES = samples_in(0.56) // FRAME_SAMPLES
 """First frames of the sound: they end 1 s before the word does, so that a name may come before it."""
-EARLIEST_FRAME = round(0.7 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
+EARLIEST_FRAME = samples_in(0.7) // FRAME_SAMPLES
 """The word begins 0.9 s before its assumed end at the earliest."""
-END_FRAME = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ) // FRAME_SAMPLES
+END_FRAME = CHECKED_BEFORE // FRAME_SAMPLES
 SPEECH_BEFORE = 0.1
 """Mean probability of any phone from which on somebody speaks before the word."""
 LOUD_FRAMES = 10
@@ -55,7 +55,7 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
 
 def loss_of_call(sound: Samples) -> float:
     """What the phone nets take from the log odds of a call, nats, 0 to MOST_CALL_LOSS: the mean loss of the keyword
-    against the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if somebody speaks
+    against the likeliest phones, in a sound that begins CHECKED_BEFORE before the word's end; 0 if somebody speaks
     before it, who may go on, or in noise. Who speaks after it may be the same person: "Bot, come back" begins like a
     call."""
     if not _stands_out(sound):

@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.people.second_pass import Found, SecondPassRecogniser
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import samples_in
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.stages import GOES_ON_WITHIN, QUIET, SecondPassStage, Segment, Worker
 from hvcpd.recognition.stream import LONGEST_SENTENCE, MAX_WAIT
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-SHORT_LOSS = SAMPLE_RATE_HZ // 10
-"""A loss shorter than this (0.1 s) loses no word. Speech that begins as long after it counts as whole if nobody had
+SHORT_LOSS = samples_in(0.1)
+"""A loss shorter than this loses no word. Speech that begins as long after it counts as whole if nobody had
 spoken for QUIET before."""
 MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""

@@ -16,7 +16,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.whitening import moving_average
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
@@ -112,10 +112,10 @@ LEVEL_QUANTILE = 0.75
 LEAST_CALL_PROBABILITY = 0.4
 """Least probability that counts: no later sound could confirm it, since the robot continues to speak. 12 of 12 calls
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
-WORD_MARGIN = 800
-"""Number of samples before the word, and twice those after it, in which the own voice is looked for."""
-MOST_LAG = 9600
-"""Largest lag, either way, at which it is looked for: 0.6 s, as late as a computer with six times its load was."""
+WORD_MARGIN = samples_in(0.05)
+"""Time before the word, and twice that after it, in which the own voice is looked for."""
+MOST_LAG = samples_in(0.6)
+"""Largest lag, either way, at which it is looked for: as late as a computer with six times its load was."""
 OWN_CORRELATION = 0.15
 """Least correlation with what was played by which a word is the robot's own, or mixed with it: calls 10 and 14 dB below
 the own voice have 0.13 at most (47), nine of ten own words that passed for the call after faults of the loudspeaker
@@ -124,8 +124,8 @@ FAINT_SHARE = 1e-3
 """Least energy that counts, relative to the largest at any lag: next to nothing correlates with anything."""
 SMOOTHED_REACH = 16
 """Neighbouring bins, either way, over which a sound's colour is averaged before half of it is taken out."""
-MEMORY = 4 * SAMPLE_RATE_HZ
-"""Time (4 s) for which the own voice counts: its level is that of so long, and for so long after a gap in what was
+MEMORY = samples_in(4.0)
+"""Time for which the own voice counts: its level is that of so long, and for so long after a gap in what was
 played the residual may have its words in it, or be judged by them: the net looks back 2.2 s, and relative to levels
 that follow with 1 to 2 s."""
 LINGER = (WORD_FRAMES + DELAY_FRAMES + 20) * HOP_SAMPLES
@@ -168,7 +168,7 @@ class BargeInDetector:
         self._played, self._rest = History(MEMORY), History(MEMORY)
         self._residual_powers: deque[float] = deque(maxlen=WORD_FRAMES)
         self._reported_until, self._may_rise = 0, False
-        delay = max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0)
+        delay = max(samples_in(self._latency_s - DELAY_TOLERANCE_S), 0)
         self._playing: Samples = np.zeros(delay, np.float32)
         self._heard, self._residual = FrameStream(), FrameStream()
 

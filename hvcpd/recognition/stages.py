@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Generic, Protocol, Self, TypeVar
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.recognition.stream import CHUNK_SAMPLES, NOISE_LEAD, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
@@ -96,14 +96,13 @@ class SpeechRecogniser:
         self.first_pass.prepare(go_on)
 
 
-MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
-"""Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when
-the event is reported."""
-QUIET = SAMPLE_RATE_HZ // 2
-"""Samples (0.5 s) without a sign of speech that end a segment: more than a pause at a comma in a room without
-echoes."""
-GOES_ON_WITHIN = SAMPLE_RATE_HZ
-"""Samples within which what is said after a possible part of a sentence may be the rest of it."""
+MARGIN_BEFORE, MARGIN_AFTER = samples_in(0.5), samples_in(0.4)
+"""Margins around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when the event is
+reported."""
+QUIET = samples_in(0.5)
+"""Time without a sign of speech that ends a segment: more than a pause at a comma in a room without echoes."""
+GOES_ON_WITHIN = samples_in(1.0)
+"""Time within which what is said after a possible part of a sentence may be the rest of it."""
 
 
 @dataclass(frozen=True, eq=False)

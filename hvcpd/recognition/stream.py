@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, Energies, energies_of
 from hvcpd.recognition.noise import MEMORY_FRAMES
 
@@ -43,10 +43,10 @@ def cleaned(samples: Samples) -> Samples:
 Int16Samples = NDArray[np.int16]
 """Sound as 16-bit integers, shape (n,): half the memory of float32."""
 INT16_SCALE = np.float32(32_768.0)
-LONGEST_SENTENCE = 10 * SAMPLE_RATE_HZ
-"""Samples (10 s): no sentence of the phrasebook takes longer. Other talk does, and is searched piece by piece."""
-MAX_WAIT = 3 * SAMPLE_RATE_HZ
-"""Longest time (samples) from the end of speech to the result of its search. After that it counts as if nothing had
+LONGEST_SENTENCE = samples_in(10.0)
+"""No sentence of the phrasebook takes longer. Other talk does, and is searched piece by piece."""
+MAX_WAIT = samples_in(3.0)
+"""Longest time from the end of speech to the result of its search. After that it counts as if nothing had
 been found: a robot that has not answered by then is asked again anyway."""
 NOISE_LEAD = MEMORY_FRAMES * HOP_SAMPLES
 """Samples before speech, for its noise: the noise tracker's memory."""

@@ -7,7 +7,7 @@ import pytest
 
 from hvcpd.people.phone_checks import MOST_CALL_LOSS, loss_of_call
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S
+from hvcpd.recognition.keyword.stage import CHECKED_BEFORE
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -25,10 +25,9 @@ def said(text: str, voice: str) -> Samples:
 
 def heard(word: Samples, talk: Samples | None = None) -> Samples:
     """Up to 0.3 s after a word's end, in a quiet room, or while somebody else talks."""
-    before = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ)
-    noise = np.random.default_rng(1).standard_normal(before + AFTER) * 10.0 ** (NOISE_DBFS / 20.0)
+    noise = np.random.default_rng(1).standard_normal(CHECKED_BEFORE + AFTER) * 10.0 ** (NOISE_DBFS / 20.0)
     sound = noise.astype(np.float32)
-    sound[before - len(word) : before] += word
+    sound[CHECKED_BEFORE - len(word) : CHECKED_BEFORE] += word
     return sound if talk is None else sound + talk[: len(sound)]
 
 

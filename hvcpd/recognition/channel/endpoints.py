@@ -17,7 +17,7 @@ import numpy as np
 
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT
 from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering, sayable
@@ -38,8 +38,8 @@ from hvcpd.recognition.stages import QUIET
 
 ONSET_WINDOW = 16 * FRAME
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""
-ONSET_STEP = SAMPLE_RATE_HZ // 2
-"""Lags that are new each time, samples (0.5 s)."""
+ONSET_STEP = samples_in(0.5)
+"""Lags that are new each time."""
 GREETING_LENGTH = ONSET_WINDOW - ONSET_STEP - FIRST_TAPS
 """Samples of a greeting that are correlated; a slow greeting is a little longer."""
 LEAST_ONSET_RATIO = 6.5
@@ -126,19 +126,19 @@ class OnsetDetector:
         return Onset(at, greeting=False) if risen.any() else None
 
 
-CLATTER = 8 * SAMPLE_RATE_HZ
-"""Samples (8 s) of signs of speech without QUIET among them, or since a greeting, from which on they count as clatter
-and no longer show onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
+CLATTER = samples_in(8.0)
+"""Time of signs of speech without QUIET among them, or since a greeting, from which on they count as clatter and no
+longer show onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
 SIGN_SHARE = 0.6
 """Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
 stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
-SIGN_LAG = 3 * SAMPLE_RATE_HZ // 5
-"""Longest time (0.6 s) between the onset of a greeting and its first sign of speech."""
-CUT_AFTER = 5 * SAMPLE_RATE_HZ // 2
-"""Samples (2.5 s) after which a segment is cut whose end no sign of speech shows: otherwise the speaker would wait for
-an answer until the clatter ends."""
-CUT_AGAIN_AFTER = 5 * SAMPLE_RATE_HZ // 4
-"""The same (1.25 s) while a sentence was in progress at the last cut."""
+SIGN_LAG = samples_in(0.6)
+"""Longest time between the onset of a greeting and its first sign of speech."""
+CUT_AFTER = samples_in(2.5)
+"""Time after which a segment is cut whose end no sign of speech shows: otherwise the speaker would wait for an answer
+until the clatter ends."""
+CUT_AGAIN_AFTER = samples_in(1.25)
+"""The same while a sentence was in progress at the last cut."""
 
 
 @dataclass(eq=False)
@@ -171,7 +171,7 @@ class OpenSegment:
         """Whether there were signs of speech for most of the time, so that their end is the speaker's."""
         if self.first_sign is None:
             return False
-        return self.sign_samples >= max(SIGN_SHARE * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
+        return self.sign_samples >= max(SIGN_SHARE * (self.end - self.first_sign), samples_in(0.5))
 
     @property
     def in_progress(self) -> tuple[Path, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, blocks_of
 from hvcpd.recognition.channel.path import Path, RenderedVoice
@@ -96,7 +96,7 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
     return bool(fits) and bool(path.expected_gains(fits)[1].max() > least)
 
 
-NOISE_S = 0.5
+NOISE_LENGTH = samples_in(0.5)
 """Length of the quiet part from which the noise is estimated."""
 QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones untypical."""
@@ -104,8 +104,8 @@ IN_PROGRESS_SCORE = 150.0
 """ROBOT_SCORE for a path in progress at a cut: another search costs little."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a reported sentence (`python -m benchmarks.channel_confidence` measures it)."""
-EDGE = SAMPLE_RATE_HZ // 10
-"""Samples (0.1 s) by which a sentence's edges may be off: so much of it may be missing at the end of the sound, since
+EDGE = samples_in(0.1)
+"""Time by which a sentence's edges may be off: so much of it may be missing at the end of the sound, since
 recordings are trimmed as closely, and with so much around it its phones are checked."""
 MOST_LOSS = 3.0
 """Largest loss of a sentence's phones against the likeliest ones, nats per phone. Of 64 right sentences
@@ -165,7 +165,7 @@ class ChannelRecogniser:
 
     def search(self, segment: ChannelSegment) -> SearchResult:
         """The robots' sentences in a segment."""
-        begin = max(segment.lead - SAMPLE_RATE_HZ // 2, 0)
+        begin = max(segment.lead - NOISE_LENGTH, 0)
         origin, heard = segment.origin + begin, segment.sound[begin:].copy()
         if len(heard) < FRAME:
             return SearchResult()
@@ -249,10 +249,9 @@ def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE
 
 
 def noise_sample(before: Samples, heard: Samples) -> Samples:
-    """A quiet NOISE_S of the sound before; all of that sound if it is shorter."""
-    n = round(NOISE_S * SAMPLE_RATE_HZ)
-    where = before if len(before) >= 2 * n else heard
-    n = max(min(n, len(where) // 4), FRAME)
+    """A quiet NOISE_LENGTH of the sound before; all of that sound if it is shorter."""
+    where = before if len(before) >= 2 * NOISE_LENGTH else heard
+    n = max(min(NOISE_LENGTH, len(where) // 4), FRAME)
     energy = np.concatenate([[0.0], np.cumsum(np.square(where, dtype=np.float64))])
     starts = np.arange(0, max(len(where) - n, 0) + 1, FRAME // 2)
     order = np.argsort(energy[np.minimum(starts + n, len(where))] - energy[starts])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph, lengths_of
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, WhitenedSound
 from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have, sayable
 from hvcpd.recognition.events import Recognised
@@ -37,16 +37,16 @@ MAX_STARTS_OF_WORD = 3
 """Maximum number of starts of each word in each voice."""
 MAX_STARTS = 20
 """Maximum number of samples at which sentences may start, and of paths in progress that the next search takes over."""
-MIN_DISTANCE = SAMPLE_RATE_HZ // 10
-"""Least distance between these samples (0.1 s)."""
+MIN_DISTANCE = samples_in(0.1)
+"""Least distance between these samples."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
 BEAM_WIDTH = 8
 """Maximum number of active paths that start at one of them, over all voices."""
 MAX_EXTENSIONS = 48
 """Maximum number of extensions whose channel is estimated."""
-ECHO_LEAD = round(0.6 * SAMPLE_RATE_HZ)
-"""Longest time (0.6 s) before a reported sentence within which a path in the same voice is an echo of it."""
+ECHO_LEAD = samples_in(0.6)
+"""Longest time before a reported sentence within which a path in the same voice is an echo of it."""
 
 
 @dataclass(frozen=True, eq=False)

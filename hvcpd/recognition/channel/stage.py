@@ -7,9 +7,10 @@ garbled speech.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import samples_in
 from hvcpd.recognition.channel.endpoints import (
     CLATTER,
     CUT_AFTER,
@@ -26,12 +27,12 @@ from hvcpd.recognition.stages import GOES_ON_WITHIN, QUIET, SecondPassStage, Wor
 from hvcpd.recognition.stream import HISTORY_SAMPLES, LONGEST_SENTENCE, MAX_WAIT, NOISE_LEAD
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-ONSET_LAG = SAMPLE_RATE_HZ // 4
-"""Longest time (samples) from the beginning of speech to its first sign; a sentence takes longer ("stop": 0.4 s)."""
-FAINT_ONSET_LAG = SAMPLE_RATE_HZ
-"""The same (1 s) for a voice that hardly rises over the noise, whose first word may not have risen at all."""
-TORN_WITHIN = SAMPLE_RATE_HZ // 5
-"""What a robot begins this soon (0.2 s) after lost sound, or the own voice, may be the end of a longer sentence. Robots
+ONSET_LAG = samples_in(0.25)
+"""Longest time from the beginning of speech to its first sign; a sentence takes longer ("stop": 0.4 s)."""
+FAINT_ONSET_LAG = samples_in(1.0)
+"""The same for a voice that hardly rises over the noise, whose first word may not have risen at all."""
+TORN_WITHIN = samples_in(0.2)
+"""What a robot begins this soon after lost sound, or the own voice, may be the end of a longer sentence. Robots
 wait for 0.5 s before they answer."""
 
 
@@ -55,7 +56,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._open: OpenSegment | None = None
         self._closed: list[OpenSegment] = []
         """Segments being searched, or searched a moment ago."""
-        self._reported: list[Recognised] = []
+        self._reported: deque[Recognised] = deque(maxlen=4)
         self._searched_at: int | None = None
         """When the last segment was submitted; None once its data are dropped."""
 
@@ -73,10 +74,10 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             for segment in [each for each in self._closed if each.job is job]:
                 out += self._take_result(segment, job, result)
         for each in self._closed:
-            over = self._is_over(each)
+            over = self._now - each.closed_at > MAX_WAIT
             if over or each.result is not None:
                 out += self._release(each, over or not each.in_progress)
-        self._closed = [each for each in self._closed if not self._is_over(each)]
+        self._closed = [each for each in self._closed if self._now - each.closed_at <= MAX_WAIT]
         return out
 
     def _take_result(self, segment: OpenSegment, job: ChannelSegment, result: SearchResult) -> list[Recognised]:
@@ -145,7 +146,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return
         self._searched_until = first + ONSET_STEP
         sound, lead = self.first_pass.history.unmasked(first - NOISE_LEAD, first, self._now)
-        if len(sound) - lead < ONSET_WINDOW or lead < SAMPLE_RATE_HZ:  # too little to know the noise
+        if len(sound) - lead < ONSET_WINDOW or lead < samples_in(1.0):  # too little to know the noise
             return
         found = self._searcher.onset(sound[lead : lead + ONSET_WINDOW], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
@@ -238,9 +239,6 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return not result.robot
         return event.words == result.likeliest or not self._searcher.unmodelled.isdisjoint(event.words)
 
-    def _is_over(self, segment: OpenSegment) -> bool:
-        return self._now - segment.closed_at > MAX_WAIT
-
     def _is_reported(self, sentence: Recognised) -> bool:
         """Whether it was reported, or is a part of what was."""
         text = f" {' '.join(sentence.words)} "
@@ -248,7 +246,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return any(text in f" {' '.join(each.words)} " or each.voice == sentence.voice for each in there)
 
     def _report(self, sentence: Recognised) -> Recognised:
-        self._reported = [*self._reported[-3:], sentence]
+        self._reported.append(sentence)
         if self._since is not None:  # the signs until then were that sentence's
             self._since = max(self._since, sentence.end_sample)
         return sentence

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, power_ratio, rfft
+from hvcpd.recognition.frontend import HOP_SAMPLES, SILENT_POWER, TINY, frames_of, power_ratio, rfft
 
 FRAME = 1024
 BINS = FRAME // 2 + 1
@@ -23,7 +23,6 @@ LATE_ECHO_SHARE = 0.3
 """Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
 """Ratio to the noise's power above which sound is weighted by its own power: clatter and loud echoes are noise."""
-POWER_S = 0.04
 EMPTY_SHARE = power_ratio(-35.0)
 """Power of a bin relative to that of bins of LOUD_QUANTILE below which it counts nothing: whitened, the empty
 bands of a narrow microphone outweigh all others, and any voice seems to be a robot's (docs/decisions/channel.md)."""
@@ -142,8 +141,8 @@ def moving_average(values: NDArray[np.floating], reach: int) -> NDArray[np.float
 
 
 def _power(sound: Samples) -> NDArray[np.float64]:
-    """Mean power around each sample, over POWER_S twice, shape (n,)."""
-    half = round(POWER_S * SAMPLE_RATE_HZ / 4)
+    """Mean power around each sample, over 20 ms twice, shape (n,)."""
+    half = HOP_SAMPLES
     power = np.square(sound, dtype=np.float64)
     for _ in range(2):
         total = np.cumsum(np.pad(power, (half + 1, half), mode="edge"))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.language.words import KEYWORD
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of, power_ratio
@@ -25,22 +25,22 @@ from hvcpd.recognition.stages import Reception, Stage
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-LAST_WORD_SPAN = 4 * SAMPLE_RATE_HZ // 5
-"""Samples (0.8 s) before the end of a sentence within which the net detects its last word."""
+LAST_WORD_SPAN = samples_in(0.8)
+"""Time before the end of a sentence within which the net detects its last word."""
 LEAST_EXPLAINED = 0.1
 """Share of a sentence's power that its known samples must explain before it is subtracted from a detection."""
-CALL_DELAY = 3 * SAMPLE_RATE_HZ // 4
-"""Samples (0.75 s) after the end of the keyword within which the net decides whether it was a call."""
+CALL_DELAY = samples_in(0.75)
+"""Time after the end of the keyword within which the net decides whether it was a call."""
 MAX_SPANS = 32
 """Number of detections in half a minute at most: a sentence is reported within 13 s of its beginning."""
-RECEPTIVE_FIELD = 3 * SAMPLE_RATE_HZ // 2
-"""Samples (1.5 s) before a detection with which the net starts again."""
+RECEPTIVE_FIELD = samples_in(1.5)
+"""Time before a detection with which the net starts again."""
 NOISE_POWER = 0.1
 """Power of the noise added to an uncertain detection, relative to its mean power (-10 dB)."""
 ECHO_RISE_DB = 10.0
 """Least rise of the sound after the robot's own voice by which a detection there is a word: what fades with the room's
 echo rises by its own and the noise's irregularities alone (`benchmarks.own_echo`)."""
-CHECKED_BEFORE_S = 1.6
+CHECKED_BEFORE = samples_in(1.6)
 """Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name, and what precedes."""
 CHECKED_FLOOR = 0.71
 """Probability that is left of a certain call at least if the check objects: two of them are certain, so that nobody
@@ -52,7 +52,7 @@ NATS_PER_GAIN = 0.04
 """Nats by which each unit beyond that lowers the log odds of a detection (docs/decisions/keyword.md)."""
 
 CallCheck = Callable[[Samples], float]
-"""Nats by which another listener lowers the log odds of a call, given the sound from CHECKED_BEFORE_S before the
+"""Nats by which another listener lowers the log odds of a call, given the sound from CHECKED_BEFORE before the
 keyword's end on."""
 
 
@@ -222,7 +222,7 @@ class KeywordStage(Stage):
         """What follows from the probability that the last detection was a call, which is checked if it counts; `again`:
         by two hearings."""
         if call >= PLAUSIBLE_PROBABILITY:
-            sound = self._rescorer.sound_since(self._span[1] - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
+            sound = self._rescorer.sound_since(self._span[1] - CHECKED_BEFORE)
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked

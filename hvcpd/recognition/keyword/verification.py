@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import samples_in
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.stream import LONGEST_SENTENCE
@@ -24,8 +24,8 @@ KEYWORD_FORMS = frozenset(("stop", "stopped"))
 """Words of a sentence that account for a detection in their place."""
 ACCEPT_PROBABILITY = 0.85
 """Probability of a call from which on it counts by itself, chosen on the part `validate` (benchmarks.keyword.curve)."""
-SENTENCE_WAIT = SAMPLE_RATE_HZ
-"""Longest wait (1 s) for a sentence that may end with the word, or may have begun with it: a sentence is reported after
+SENTENCE_WAIT = samples_in(1.0)
+"""Longest wait for a sentence that may end with the word, or may have begun with it: a sentence is reported after
 0.5 s of quiet and a search."""
 PLAUSIBLE_PROBABILITY = 0.5
 """Probability of a call from which on it counts together with another one. It is reached once in eight minutes of
@@ -36,24 +36,24 @@ SENTENCE_BASELINE = 0.03
 """Probability of a call that most sentences stay below when they are heard alone."""
 JOINT_LOG_ODDS = 1.2
 """Log odds of a call over a sentence, by the sound with it and without it together, from which on it counts."""
-WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
-"""Time (0.3 s) after the end of the keyword within which the net detects it; its sentence may be reported before."""
+WORD_DELAY = samples_in(0.3)
+"""Time after the end of the keyword within which the net detects it; its sentence may be reported before."""
 CLEAR_PROBABILITY = 0.9
 """Probability of a call from which on it counts against other evidence: of uncertain calls together, since a voice or a
 noise is mistaken again and again; of one within a sentence whose samples are unknown; and in the residual of one at a
 sentence's beginning. With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there
 (four of 36 in the world `chain`)."""
-POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
-"""Accuracy (0.15 s) of the positions of detections and sentences."""
-OPENING_SPAN = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
-"""Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of its first word."""
-HOLD_TIME = 2 * SAMPLE_RATE_HZ
-"""Time (2 s) for which the robot stands still for an uncertain detection."""
-DROPPED_MEMORY = LONGEST_SENTENCE + 2 * SAMPLE_RATE_HZ
+POSITION_TOLERANCE = samples_in(0.15)
+"""Accuracy of the positions of detections and sentences."""
+OPENING_SPAN = samples_in(0.1), samples_in(0.6)
+"""Range of the time from the beginning of a sentence to the end of its first word."""
+HOLD_TIME = samples_in(2.0)
+"""Time for which the robot stands still for an uncertain detection."""
+DROPPED_MEMORY = LONGEST_SENTENCE + samples_in(2.0)
 """Time for which a dropped detection is remembered, since the sentence around it may show that it was a call: the
 length of that sentence and the rest after it."""
-REPEAT_WINDOW = 6 * SAMPLE_RATE_HZ
-"""Time (6 s) after a call within which a person who sees the robots go on may repeat it."""
+REPEAT_WINDOW = samples_in(6.0)
+"""Time after a call within which a person who sees the robots go on may repeat it."""
 
 
 Verdict = type[Held] | type[Released] | type[Urgent] | None
