@@ -17,7 +17,7 @@ import structlog
 
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_exchange import SoundStream, StreamCounters
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 
 RAISED_BY = 5
 RAISED_WITHIN_S = 10
@@ -250,7 +250,7 @@ class SoundService:
     def _passed(self, n: int) -> int:
         """Samples between what was accounted for and the `n` that have come now; from here on all is accounted for."""
         now_s = self._clock()
-        lost = max(round((now_s - self._heard_s) * SAMPLE_RATE_HZ) - n, 0)
+        lost = max(samples_in(now_s - self._heard_s) - n, 0)
         self._heard_s = now_s
         return lost
 

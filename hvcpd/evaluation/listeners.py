@@ -17,7 +17,7 @@ from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder
 from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.stages import SpeechRecogniser
 
@@ -91,6 +91,6 @@ def decoder(book: Phrasebook) -> Any:
 def peer(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
     """Return PocketSphinx's result, with the same grammar, for each sentence in the sound, shape (n,), float32; "" for
     nothing."""
-    pad = round(PAD_S * SAMPLE_RATE_HZ)
+    pad = samples_in(PAD_S)
     known = decoder(book)
     return [heard_by_sphinx(known, heard[max(s.start - pad, 0) : s.end + pad]) for s in said]

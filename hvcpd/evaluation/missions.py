@@ -22,7 +22,7 @@ from hvcpd.coordination.entry import CLAIMED, DONE
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.scene import SHIFT_M, Bench, noise
 from hvcpd.evaluation.trials import Trial
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.ports import Pose, Samples, samples_in
 from hvcpd.reporting.events import Event, Performed, TaskChanged
 from hvcpd.synthesis.leveling import audible
 
@@ -75,7 +75,7 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
         microphone_full_scale_db_spl=setting.full_scale_db_spl,
         speech_dbfs=spoken_dbfs((ONE, OTHER)),
     )
-    noises = [noise(round(NOISE_S * SAMPLE_RATE_HZ), setting, rng) for _ in range(2)]
+    noises = [noise(samples_in(NOISE_S), setting, rng) for _ in range(2)]
     mission = bodies.Bench(
         bodies.BenchPlan(
             (ONE, OTHER),

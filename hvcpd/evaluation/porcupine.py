@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hvcpd.evaluation.listeners import Said
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 
 PORCUPINE = "Porcupine"
 NAMES = ("Jarvis", "Bumblebee", "Terminator", "Computer")
@@ -48,5 +48,5 @@ def detections(heard: Samples) -> list[tuple[int, str]]:
 
 def called(found: Iterable[tuple[int, str]], said: Sequence[Said]) -> list[str]:
     """The robots called in each sentence: the names reported while it was said, in order."""
-    late, found = round(LATE_S * SAMPLE_RATE_HZ), list(found)
+    late, found = samples_in(LATE_S), list(found)
     return [" ".join(name.lower() for at, name in found if s.start < at <= s.end + late) for s in said]

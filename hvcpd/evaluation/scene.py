@@ -16,7 +16,7 @@ from hil_fakes.robot_noise import fan
 from hil_fakes.room import Air, PinkNoise, amplitude, digitize
 from hil_fakes.transducers import band
 from hvcpd.evaluation.listeners import Said
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.synthesis.leveling import audible
 
 LEAD_S = 3.0
@@ -67,7 +67,7 @@ def stream(
 ) -> tuple[Samples, list[Said]]:
     """Return sentences, words and sound of shape (k,), one after the other as they leave the loudspeaker, at its
     level at 1 m, and where each is: shape (n,), float32, 1.0 = the microphone's full scale."""
-    pieces = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
+    pieces = [np.zeros(samples_in(LEAD_S), np.float32)]
     at = len(pieces[0])
     said = []
     for words, sound in sentences:
@@ -75,7 +75,7 @@ def stream(
         loud = np.sqrt(np.mean(np.square(sound[first:last], dtype=np.float64)))
         gain = amplitude(bench.speech_db_spl - bench.full_scale_db_spl) / loud
         said.append(Said(words, at, at + last))
-        gap = np.zeros(round(rng.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
+        gap = np.zeros(samples_in(rng.uniform(*GAP_S)), np.float32)
         pieces += [(gain * sound).astype(np.float32), gap]
         at += len(sound) + len(gap)
     return np.concatenate(pieces), said

@@ -18,7 +18,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio import list_afresh, load_backend
 from hvcpd.hardware.audio_card import Loudspeaker, Microphone
 from hvcpd.hardware.audio_exchange import LEAD_BLOCKS, SoundExchange, StreamCounters
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 
 END_S = 0.5
 """The thread ends by itself within a block; if it has not by then, it waits for a card that hangs."""
@@ -43,7 +43,7 @@ class AudioStream:
         self._backend = backend
         self._open_s = open_s
         self._block = SAMPLE_RATE_HZ * settings.block_ms // 1000
-        self._exchange = SoundExchange(self._block, round(settings.queue_s * SAMPLE_RATE_HZ))
+        self._exchange = SoundExchange(self._block, samples_in(settings.queue_s))
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ready = asyncio.Event()
         self._wake_pending = threading.Event()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hvcpd.language import messages as m
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.ranging.arrival import LATE, REACH, Arrival, arrival
 from hvcpd.ranging.distance import Distance, distance, interval_ticks, is_sure
 from hvcpd.recognition.stream import History
@@ -62,7 +62,7 @@ class Ranging:
         (utterance, sound, start), self._saying = self._saying, None
         if not isinstance(utterance.addressee, m.ToRobot):
             return None
-        name, own = utterance.addressee.name, self._arrival(sound, start + round(latency_s * SAMPLE_RATE_HZ))
+        name, own = utterance.addressee.name, self._arrival(sound, start + samples_in(latency_s))
         if isinstance(utterance.statement, m.HowFarAway):
             self._answers.pop(name.lower(), None)  # what follows belongs to the new question
             self._asked = (name.lower(), own)

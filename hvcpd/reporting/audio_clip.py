@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.hardware.audio_resample import resample
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.reporting.pcm import pcm_16
 
 BUDGET_BYTES = 4_200_000
@@ -79,7 +79,7 @@ def slice_of(from_s: float, to_s: float, n: int) -> slice:
     if not (math.isfinite(from_s) and math.isfinite(to_s)):
         return slice(0, 0)
     end_s = n / SAMPLE_RATE_HZ
-    first, last = (round(min(max(at_s, 0.0), end_s) * SAMPLE_RATE_HZ) for at_s in (from_s, to_s))
+    first, last = (samples_in(min(max(at_s, 0.0), end_s)) for at_s in (from_s, to_s))
     return slice(first, max(first, last))
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hvcpd.errors import ConfigError, how_to_install
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.reporting.events import Trail
 from hvcpd.reporting.pcm import pcm_16
 
@@ -117,7 +117,7 @@ def of_trail(trail: Trail) -> Iterable[Message]:
 
 def of_sound(sound: Samples) -> Iterable[Message]:
     """Yield sound of shape (n,), 1.0 = full scale, `SAMPLE_RATE_HZ`, as 16-bit PCM."""
-    n = round(SOUND_S * SAMPLE_RATE_HZ)
+    n = samples_in(SOUND_S)
     for start in range(0, len(sound), n):
         pcm = base64.b64encode(pcm_16(sound[start : start + n])).decode()
         yield _sound(start / SAMPLE_RATE_HZ, pcm)

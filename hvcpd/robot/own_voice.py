@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.ranging.own_delay import OwnDelay
 
 NEAR_S = 0.012
@@ -73,7 +73,7 @@ class OwnVoice:
         """Say `speech`, shape (n,), from the next block on, or a little later if a sentence has just been broken off;
         `words` are the last thing said in it."""
         if now < self._silent_until_s:
-            pause = np.zeros(round((self._silent_until_s - now) * SAMPLE_RATE_HZ), np.float32)
+            pause = np.zeros(samples_in(self._silent_until_s - now), np.float32)
             speech = np.concatenate((pause, speech))
         self._speech, self._words = speech, tuple(words)
         self._position = 0

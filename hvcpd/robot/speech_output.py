@@ -11,7 +11,7 @@ from hvcpd.coordination.actions import SECOND_PAUSE_S, Say
 from hvcpd.errors import PhraseError
 from hvcpd.language.messages import Cipher, Motion, Resume, Utterance
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.synthesis.delivery import Delivery
 
@@ -28,7 +28,7 @@ class Mouth(Protocol):
 def delivered(mouth: Mouth, say: Say, book: Phrasebook) -> Samples:
     """Return the sound of a sentence as it is to be said, shape (n,), float32 at 16 kHz."""
     once, _ = Delivery(gain_db=say.level_db, lombard=say.for_noise).level(spoken(mouth, say.utterance, book))
-    pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+    pause = np.zeros(samples_in(SECOND_PAUSE_S), np.float32)
     return np.concatenate([once] + [pause, once] * (say.times - 1))
 
 
@@ -40,7 +40,7 @@ def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
     phrases = book.phrases(utterance)
     if not isinstance(utterance.mark, Cipher):
         return mouth.render(phrases)
-    pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+    pause = np.zeros(samples_in(CIPHER_PAUSE_S), np.float32)
     return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])
 
 

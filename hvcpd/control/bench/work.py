@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.stages import SynchronousWorker
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def _listen(folder: Path, seconds: int, sentences: Callable[[Wiring], Iterator[S
         if at + len(speech) > len(heard):
             break
         heard[at : at + len(speech)] += speech
-        at += len(speech) + round(GAP_S * SAMPLE_RATE_HZ)
+        at += len(speech) + samples_in(GAP_S)
     busiest = 0.0
     for second in heard.reshape(-1, SAMPLE_RATE_HZ):
         began_s = time.process_time() - sum(worker.spent_s for worker in workers)

@@ -15,7 +15,7 @@ from hvcpd.control.simulate.team import Team
 from hvcpd.hardware.acoustics import Echo, Response, clipped_share, find_echo, find_response, level_dbfs
 from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.language.messages import Free, Utterance
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.events import Recognised
 
 SETTLE_S = 0.5
@@ -63,11 +63,11 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     sound = team.sound.speaker_of(name).render(team.phrasebook.phrases(utterance))
     recogniser = make_speech_recogniser(team.phrasebook, (name,), team.sound)
     heard, lost = asyncio.run(exchange(make_stream(team.settings.audio), sound))
-    quiet = heard[: round(QUIET_S * SAMPLE_RATE_HZ)]
+    quiet = heard[: samples_in(QUIET_S)]
     events = [event for event in recogniser.push(heard) if isinstance(event, Recognised)]
     right = [event.confidence for event in events if tuple(event.words) == tuple(words)]
     echo = find_echo(sound, heard[len(quiet) :], quiet)
-    back = heard[len(quiet) + round(echo.delay_s * SAMPLE_RATE_HZ) :] if echo is not None else quiet[:0]
+    back = heard[len(quiet) + samples_in(echo.delay_s) :] if echo is not None else quiet[:0]
     return SelfHearing(
         level_dbfs(quiet),
         clipped_share(heard),
@@ -85,8 +85,8 @@ async def exchange(
 ) -> tuple[Samples, int]:
     """Listen for QUIET_S, play, listen for `after_s`; returns the sound since SETTLE_S, and the number of lost samples.
     `settled` is called when that sound begins."""
-    total = round((SETTLE_S + QUIET_S + after_s) * SAMPLE_RATE_HZ) + len(sound)
-    silent = round((SETTLE_S + QUIET_S) * SAMPLE_RATE_HZ)
+    total = samples_in(SETTLE_S + QUIET_S + after_s) + len(sound)
+    silent = samples_in(SETTLE_S + QUIET_S)
     script = np.zeros(total, np.float32)
     script[silent : silent + len(sound)] = sound
     taken: list[Samples] = []
@@ -105,5 +105,5 @@ async def exchange(
         counters = stream.counters
     finally:
         await stream.close()
-    heard = np.concatenate(taken)[round(SETTLE_S * SAMPLE_RATE_HZ) :]
+    heard = np.concatenate(taken)[samples_in(SETTLE_S) :]
     return heard, counters.input_dropped + counters.output_late + counters.card_overflows

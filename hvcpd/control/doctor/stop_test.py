@@ -22,7 +22,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.acoustics import find_echo
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.events import Event, Held, Recognised, Urgent
 from hvcpd.recognition.frontend import frame_powers
 from hvcpd.synthesis.leveling import audible
@@ -87,7 +87,7 @@ def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterat
             begin, end = audible(call)
             call = np.asarray(call[begin:end] * (10.0 ** (level_db / 20.0) / np.abs(call).max()), np.float32)
             heard, _ = asyncio.run(exchange(devices.make_stream(audio), call, DECIDED_S))
-            quiet = round(QUIET_S * SAMPLE_RATE_HZ)
+            quiet = samples_in(QUIET_S)
             echo = find_echo(call, heard[quiet:], heard[:quiet])
             if echo is None:
                 yield Call(f"{level_db:+.0f} dB", None)
@@ -101,7 +101,7 @@ def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterato
     for way in WAYS:
         for number in range(options.times):
             prompt = f'Say "stop" {way}, once, in the next {ASKED_S:.0f} s ({number + 1} of {options.times})\n'
-            silence = np.zeros(round((ASKED_S - QUIET_S) * SAMPLE_RATE_HZ), np.float32)
+            silence = np.zeros(samples_in(ASKED_S - QUIET_S), np.float32)
             stream = devices.make_stream(team.settings.audio)
             heard, _ = asyncio.run(exchange(stream, silence, DECIDED_S, partial(sys.stderr.write, prompt)))
             voice = voice_in(heard)

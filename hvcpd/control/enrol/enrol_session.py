@@ -14,7 +14,7 @@ from hvcpd.control.enrol.recordings import check_take
 from hvcpd.hardware.acoustics import SILENCE_DBFS, level_dbfs
 from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.people.enrolled import SpokenSentence
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.frontend import Energies
 from hvcpd.reporting.text import plural
 
@@ -149,7 +149,7 @@ class _Session:
                 began = heard - len(block)
             if began is None and heard > WAIT_S * SAMPLE_RATE_HZ:
                 return np.zeros(0, np.float32)
-        return np.concatenate(blocks)[max(began - round(BEFORE_S * SAMPLE_RATE_HZ), 0) :]
+        return np.concatenate(blocks)[max(began - samples_in(BEFORE_S), 0) :]
 
     def _meter(self, block: Samples) -> None:
         if self._out.isatty():

@@ -22,7 +22,7 @@ from hvcpd.errors import AudioFileError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
 from hvcpd.people.second_pass import Found
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.events import Event, Received, Recognised, WordSpan
 from hvcpd.recognition.frontend import frame_powers
 from hvcpd.recognition.stages import Segment, SynchronousWorker
@@ -129,7 +129,7 @@ def _quiet(samples: Samples) -> Samples:
     A recording may begin and end with a word, but a room does not: what was before is the noise of the word, and the
     pause after a sentence ends it.
     """
-    n, powers = round(QUIET_S * SAMPLE_RATE_HZ), frame_powers(samples, BLOCK)
+    n, powers = samples_in(QUIET_S), frame_powers(samples, BLOCK)
     if not len(powers) or not powers.min():
         return np.zeros(n, np.float32)
     start, rng = int(np.argmin(powers)) * BLOCK, np.random.default_rng(1)

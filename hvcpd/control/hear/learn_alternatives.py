@@ -22,7 +22,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
@@ -116,8 +116,8 @@ def closest(piece: Samples, graph: WordGraph, bank: Bank) -> Recognised | None:
 
 def around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
     """The first sample of the piece of a recording, shape (n,), around a stretch of it, and that piece."""
-    begin = max(stretch.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
-    return begin, samples[begin : stretch.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
+    begin = max(stretch.start_sample - samples_in(LEAD_S), 0)
+    return begin, samples[begin : stretch.end_sample + samples_in(TAIL_S)]
 
 
 def bank_of(team: Team) -> Bank:

@@ -17,7 +17,7 @@ from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.errors import EX_OK
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
@@ -104,5 +104,5 @@ def _as_table(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _one_after_the_other(said: Sequence[Samples]) -> Samples:
-    silence = np.zeros(round(BETWEEN_S * SAMPLE_RATE_HZ), np.float32)
+    silence = np.zeros(samples_in(BETWEEN_S), np.float32)
     return np.concatenate([piece for samples in said for piece in (samples, silence)][:-1])
