@@ -43,7 +43,7 @@ echo rises by its own and the noise's irregularities alone (`benchmarks.own_echo
 CHECKED_BEFORE = samples_in(1.6)
 """Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name, and what precedes."""
 CHECKED_FLOOR = 0.71
-"""Probability that is left of a certain call at least if the check objects: two of them are certain, so that nobody
+"""Probability that is left of a certain call at least if the check objects: three of them are certain, so that nobody
 calls in vain."""
 
 USUAL_GAIN = 25.0
