@@ -156,7 +156,7 @@ class Performer:
             action = self._actions[self._index]
             if not self._started:
                 self._started, self._from = True, pose
-                remark = self._start(action, pose, now) or remark
+                remark = self._start(action, pose, now)
             state, wheels = self._go_on(action, pose, now, reading)
             if state is Outcome.GOING_ON:
                 return Progress(wheels, state, remark)
@@ -166,6 +166,8 @@ class Performer:
                 return Progress(STANDSTILL, state, remark, reason)
             self._index += 1
             self._started = False
+            if remark is not None and self.busy:  # each step has one remark
+                return Progress(STANDSTILL, Outcome.GOING_ON, remark)
         self._actions, self._index = (), 0
         return Progress(STANDSTILL, Outcome.DONE, remark)
 

@@ -34,6 +34,12 @@ def test_actions_are_carried_out_in_order() -> None:
     assert abs(robot.pose.x_m - 0.3) < 0.15
 
 
+def test_of_several_remarks_in_a_row_each_is_made() -> None:
+    """Only the last of them was."""
+    said = tuple(map(SayAction, ("hello", "the door is open", "come in")))
+    assert perform(VirtualRobot(seed=1), *said) == (Outcome.DONE, ["hello", "the door is open", "come in"])
+
+
 def test_docking_leads_back_to_the_start_and_its_heading() -> None:
     robot = VirtualRobot(seed=1)
     start = robot.pose
