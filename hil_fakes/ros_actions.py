@@ -170,6 +170,11 @@ class RclpyServer:
 
     def __init__(self) -> None:
         self.asked: list[Asked] = []
+        self.is_there = True
+
+    def server_is_ready(self) -> bool:
+        """Whether ROS sees the server."""
+        return self.is_there
 
     def send_goal_async(self, goal: Any, feedback_callback: Callable[[Any], None]) -> Promise:
         self.asked.append(Asked(goal, feedback_callback, Promise()))

@@ -13,7 +13,7 @@ SUCCEEDED = 4
 ENDS = {5: "canceled", 6: "aborted"}
 """action_msgs/GoalStatus: what a result can be."""
 ANSWER_S = 3.0
-"""A server that has not taken or refused a goal by then is not there."""
+"""A server that has not taken or refused a goal by then is not there; nor is one that ROS has not seen for so long."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class RclpyAction:
         self._listener = listener
         self._in_turn = in_turn
         self._number: int | None = None
-        self._asked_s = -math.inf
+        self._there_s = -math.inf
         self._handle: Any = None
 
     def ask(self, number: int, fill: Callable[[Any], None], now_s: float, stamp_s: float = 0.0) -> None:  # noqa: ARG002
         """Ask for a goal, which `fill` writes into its message; ROS 2 stamps it by itself."""
         message = self._server.make_goal()
         fill(message)
-        self._number, self._handle, self._asked_s = number, None, now_s
+        self._number, self._handle, self._there_s = number, None, now_s
 
         def progress(feedback: Any) -> None:
             self._listener.fed_back(number, feedback.feedback)
@@ -59,7 +59,9 @@ class RclpyAction:
 
     def tick(self, now_s: float) -> None:
         """A server that is not there will not do anything."""
-        if self._number is not None and self._handle is None and now_s - self._asked_s > ANSWER_S:
+        if self._handle is not None and self._server.client.server_is_ready():
+            self._there_s = now_s
+        if self._number is not None and now_s - self._there_s > ANSWER_S:
             reason = f"no action server answers at {self._server.name}; is {self._server.whose} running?"
             self._end(self._number, reason)
 

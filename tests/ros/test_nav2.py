@@ -12,12 +12,13 @@ from hvcpd.ros.action_rclpy import ANSWER_S, RclpyAction, Server
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.port import Listener
 from tests.e2e import ros_robot
 from tests.ros.talk import moving
 from tests.ros.test_ros1 import dialect
 
 MISSING = ros_robot.missing()  # any ROS's geometry_msgs will do
-pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+needs_messages = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
 
 class Scene:
@@ -50,6 +51,7 @@ class Scene:
         return [(each["goal"], each["arrived"], each["reason"]) for each in arguments if "goal" in each]
 
 
+@needs_messages
 def test_a_goal_is_asked_for_in_the_maps_frame_and_reached() -> None:
     scene = Scene()
     asked = scene.go(1)
@@ -64,6 +66,7 @@ def test_a_goal_is_asked_for_in_the_maps_frame_and_reached() -> None:
     assert scene.told() == [(1, True, "")]
 
 
+@needs_messages
 @pytest.mark.parametrize(
     ("status", "reason"), [(ROS2_ABORTED, "aborted"), (ROS2_CANCELED, "canceled"), (9, "ended with status 9")]
 )
@@ -73,6 +76,7 @@ def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, reason
     assert scene.told() == [(1, False, reason)]
 
 
+@needs_messages
 def test_a_refusal_and_a_silent_server_fail_the_goal() -> None:
     scene = Scene()
     scene.go(1).refuse()
@@ -84,6 +88,7 @@ def test_a_refusal_and_a_silent_server_fail_the_goal() -> None:
     assert [(number, arrived) for number, arrived, _ in scene.told()] == [(2, False)]
 
 
+@needs_messages
 def test_a_goal_is_withdrawn_even_before_it_is_taken_and_its_end_then_counts_no_more() -> None:
     scene = Scene()
     early = scene.go(1).accept()
@@ -94,3 +99,18 @@ def test_a_goal_is_withdrawn_even_before_it_is_taken_and_its_end_then_counts_no_
     assert second.accept().cancelled == 1
     early.end(ROS2_CANCELED)
     assert scene.told() == []
+
+
+def test_a_server_that_ends_with_a_goal_under_way_fails_it() -> None:
+    """Where Nav2 was killed on the way the robot waited for it for ever, and kept its task from the others."""
+    nav2, ended = RclpyServer(), list[tuple[int, str]]()
+    listener = Listener(lambda _number, _feedback: None, lambda number, reason, _result: ended.append((number, reason)))
+    client = RclpyAction(Server("navigate_to_pose", nav2, SimpleNamespace, "Nav2"), listener, lambda done: done())
+    client.ask(1, lambda _goal: None, 0.0)
+    nav2.asked[0].accept()
+    client.tick(100.0)
+    nav2.is_there = False
+    client.tick(100.0 + ANSWER_S)
+    assert not ended
+    client.tick(100.1 + ANSWER_S)
+    assert ended == [(1, "no action server answers at navigate_to_pose; is Nav2 running?")]
