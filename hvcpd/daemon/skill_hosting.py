@@ -12,7 +12,6 @@ from typing import Protocol, runtime_checkable
 import structlog
 
 from hvcpd.config.settings import Settings
-from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_socket import short_address, socket_path
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import NotDoneError
@@ -25,6 +24,8 @@ from hvcpd.skills.runners import Runner
 
 AGAIN_S = 1.0
 """Between two attempts to reach a daemon that has ended."""
+MAX_LINE_BYTES = 1 << 16
+"""Of the daemon's lines: a call with twelve arguments of 200 characters, each escaped, has 30 kB."""
 
 _log = structlog.get_logger(__name__)
 

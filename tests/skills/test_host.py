@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import sys
 import time
 from collections.abc import Awaitable, Callable
@@ -13,11 +14,14 @@ from typing import Any
 import pytest
 
 from hil_fakes.sound_server import wait_until
+from hvcpd.config.skills import MAX_PARAMETERS, MAX_TEXT_LENGTH
 from hvcpd.coordination.states import State
-from hvcpd.daemon.control_socket import short_address
+from hvcpd.daemon.control_socket import listen_at, short_address
+from hvcpd.daemon.skill_hosting import offer
 from hvcpd.robot.records import PerformedRecord, SaidRecord
 from hvcpd.skills.host import Host
-from hvcpd.skills.runners import ProgramRunner, Runner
+from hvcpd.skills.life import Call
+from hvcpd.skills.runners import ProgramRunner, Runner, Tell
 from tests.daemon.control_bench import ControlBench, Talk, control, run
 from tests.robot.test_hold import BLOCK_S
 
@@ -240,3 +244,47 @@ async def next_event(talk: Talk, kind: str) -> dict[str, Any]:
         if line.get("event") == kind:
             return line
     raise AssertionError("the daemon has hung up")
+
+
+class Listened:
+    """Notes what it is to do."""
+
+    def __init__(self) -> None:
+        self.calls: list[Call] = []
+
+    async def perform(self, call: Call, _tell: Tell) -> dict[str, Any]:
+        self.calls.append(call)
+        return {}
+
+    def hold(self, on: bool) -> None:
+        pass
+
+    async def close(self) -> None:
+        pass
+
+
+def test_a_call_may_have_as_many_arguments_as_long_as_the_task_file_allows(tmp_path: Path) -> None:
+    """A line of more than 8 KB ended `hvcpctl skills`, and so did each one after its next start."""
+    listened, given = Listened(), {f"p{n}": "\U0001f339" * MAX_TEXT_LENGTH for n in range(MAX_PARAMETERS)}
+    perform = {"event": "perform", "call": 1, "task": 1, "skill": "tell", "arguments": given, "limit_s": 5.0}
+
+    async def scene() -> None:
+        over = asyncio.Event()
+
+        async def daemon(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            await reader.readline()  # the offer
+            writer.write(json.dumps(perform).encode() + b"\n")
+            while b"done" not in await reader.readline():
+                pass
+            writer.close()
+            over.set()
+
+        async with await asyncio.start_unix_server(daemon, sock=listen_at(tmp_path / "rob.sock", 0o600, 1)):
+            offering = asyncio.create_task(offer(tmp_path / "rob.sock", {"tell": listened}))
+            await over.wait()
+            offering.cancel()
+            with suppress(asyncio.CancelledError):
+                await offering
+
+    run(scene())
+    assert [dict(call.arguments) for call in listened.calls] == [given]
