@@ -35,12 +35,17 @@ class NameRegistry:
 
     def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, SpeechRecogniser]:
         """The phrasebook and recogniser for these tasks, and for the earlier ones, which the robot may be about to
-        mention. Takes seconds. Raises PhraseError for words that clash."""
+        mention, unless one is spoken like a new one that is written otherwise. Takes seconds. Raises PhraseError for
+        words that clash."""
         before = self._plan.tasks
         said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
         skills = (*tasks.skills, *(skill for skill in before.skills if skill not in tasks.skills))
         plan = replace(self._plan, tasks=replace(tasks, tasks=said, skills=skills))
-        ready = make_phrasebook_and_recogniser(plan, self.names, self._sound)
+        try:
+            ready = make_phrasebook_and_recogniser(plan, self.names, self._sound)
+        except PhraseError:
+            plan = replace(self._plan, tasks=tasks)
+            ready = make_phrasebook_and_recogniser(plan, self.names, self._sound)
         self._plan = plan
         return ready
 

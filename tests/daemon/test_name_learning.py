@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 import numpy as np
+import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.assembly.name_registry import NameRegistry
@@ -84,6 +86,13 @@ async def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
     name_learning.retask(more, lambda: taken.append("told"))
     await name_learning.settled()
     assert taken == ["sweep the floor", "water the red rose", "told"], "it may still have to speak of the other"
+
+
+@pytest.mark.parametrize("name", ["Water the red rose", "water the red-rose"])
+def test_a_task_that_is_only_written_otherwise_is_learned(name: str) -> None:
+    """It clashed with itself, and no task of the file was taken any more until the next start."""
+    book, _ = School(None).roster.retask(TaskRepository((replace(TASKS.tasks[0], name=name),)))
+    assert book.vocabulary.tasks == (name,)
 
 
 def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
