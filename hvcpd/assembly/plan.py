@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from hvcpd.config.settings import DEFAULT_TEAMS, SpeechSettings
 from hvcpd.config.tasks import TaskRepository
@@ -58,6 +58,12 @@ class MemoryPlan:
     """The occurrence for which each recurring task was last done, s since 1970."""
     changes: Mapping[int, tuple[int, bool]] = field(default_factory=dict)
     """The last change of each task, and whether it is left out since."""
+
+    def with_names(self, names: Iterable[str]) -> MemoryPlan:
+        """The same with the owners' names as they are written now; who is known no more is nobody in particular."""
+        known = {name.casefold(): name for name in names}
+        owned = {n: (state, known.get((owner or "").casefold())) for n, (state, owner) in self.tasks.items()}
+        return replace(self, tasks=owned)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from hvcpd.robot.records import (
     SaidRecord,
     SkillRecord,
     StuckRecord,
+    UnsaidRecord,
     VoiceRecord,
 )
 
@@ -260,6 +261,8 @@ def log_record(record: Record, tasks: TaskRepository) -> None:
 def _warn(record: Record, tasks: TaskRepository) -> None:
     """Log a record of something that went wrong."""
     match record:
+        case UnsaidRecord(at_s, utterance):
+            _log.warning("not said", sentence=utterance, reason="what it names was forgotten", at_s=_s(at_s))
         case EchoRecord():
             _log.warning(
                 "heard its own words late", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s)

@@ -176,6 +176,7 @@ class Wiring:
         Without a seed in the settings it gets a fresh one.
         """
         settings, start, waits = self.settings, self.settings.start.pose, self.settings.waits
+        names = self.names_with(heard)
         role = Role(
             settings.name,
             settings.team,
@@ -185,7 +186,7 @@ class Wiring:
         )
         return RobotPlan(
             self.with_live(role),
-            TeamPlan(self.names_with(heard), self.names, settings.teams, strangers=True),
+            TeamPlan(names, self.names, settings.teams, strangers=True),
             self.tasks,
             settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS),
             BodyPlan(
@@ -195,7 +196,7 @@ class Wiring:
                 self.drive,
                 navigator,
             ),
-            memory or MemoryPlan(),
+            (memory or MemoryPlan()).with_names(names),
             HearingPlan(
                 Acoustics(latency_s),
                 self.people if people is None else people,

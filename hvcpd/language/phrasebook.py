@@ -236,6 +236,14 @@ class Phrasebook:
             "remark": remarks,
         }
 
+    def can_say(self, utterance: m.Utterance) -> bool:
+        """Whether there are words for all that it names."""
+        try:
+            self._tokens(utterance, self.slots)
+        except PhraseError:
+            return False
+        return True
+
     def _tokens(self, utterance: m.Utterance, slots: SlotValues) -> list[str]:
         audible = hidden(utterance)
         for compiled in self._forms:

@@ -24,6 +24,14 @@ class SaidRecord:
 
 
 @dataclass(frozen=True)
+class UnsaidRecord:
+    """The robot left this out: it has a name, a task or a place that was forgotten since it was to be said."""
+
+    at_s: float
+    utterance: Utterance
+
+
+@dataclass(frozen=True)
 class HeardRecord:
     """The robot understood this sentence; a "stop" heard by itself over other talk has neither confidence nor SNR
     (NaN)."""
@@ -187,6 +195,7 @@ class LearnName:
 
 Record = (
     SaidRecord
+    | UnsaidRecord
     | HeardRecord
     | GarbledRecord
     | EchoRecord

@@ -37,6 +37,7 @@ from hvcpd.robot.records import (
     Record,
     RobotOutput,
     SaidRecord,
+    UnsaidRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import Sealing, judged_by, written
@@ -129,8 +130,7 @@ class Robot:
     def adopt(
         self, phrasebook: Phrasebook, recogniser: SpeechRecogniser, then: Callable[[], None] | None = None
     ) -> None:
-        """Understand other words, and then call `then`, as soon as no speaker is in the middle of a sentence, and it is
-        known whether "stop" was said."""
+        """Understand other words, and then call `then`, once nobody speaks, and it is known whether "stop" was said."""
         self._lesson = (phrasebook, recogniser)
         self._on_adopted += [then] if then is not None else []
 
@@ -172,10 +172,8 @@ class Robot:
         return RobotOutput(sound, wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
-        """Time goes on without sound. A robot that hears nobody must not speak: for the floor the channel is in use.
-
-        The interrupted sentence is said again later, and coordination waits: nobody could have answered meanwhile.
-        """
+        """Time goes on without sound. Who hears nobody must not speak: for the floor the channel is in use. The
+        interrupted sentence is said again later, and coordination waits: nobody could have answered meanwhile."""
         self._n_heard += lost
         self.disturb()
         now = self.now
@@ -306,13 +304,15 @@ class Robot:
 
     def _act(self, now: float) -> bool:
         """Carry out coordination's actions. Returns whether it asked for a halt."""
-        halted = False
-        pending = list(self.coordination.actions(now))
+        halted, pending = False, list(self.coordination.actions(now))
         while pending:
             action = pending.pop(0)
             match action:
-                case Say():
+                case Say() if self.phrasebook.can_say(action.utterance):
                     self._say(action, now)
+                case Say(utterance):
+                    self._records.append(UnsaidRecord(now, utterance))
+                    self.coordination.spoken(now)
                 case Perform(task, actions):
                     self._task = task
                     self.performer.begin(actions, task)

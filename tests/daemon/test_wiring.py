@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.assembly.make import make_robot
+from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
 from hvcpd.config.task_changes import TaskChanges
@@ -84,6 +85,13 @@ def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) ->
 def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path))
     assert wiring.plan(heard=("Zorg", "rob", "all")).team.names == ("Rob", "Bot", "Zorg")
+
+
+def test_of_what_is_remembered_names_are_as_they_are_written_now(tmp_path: Path) -> None:
+    """A robot whose settings write a peer in capitals ended when it was to say what that peer had done before."""
+    memory = MemoryPlan({1: ("done", "bot"), 2: ("claimed", "Gus"), 3: ("open", None)}, stopped=True)
+    plan = wire_up(Settings(name="Rob", state_dir=tmp_path)).plan(memory)
+    assert plan.memory == replace(memory, tasks={1: ("done", "Bot"), 2: ("claimed", None), 3: ("open", None)})
 
 
 def test_what_cannot_be_a_name_is_forgotten(tmp_path: Path) -> None:
