@@ -91,9 +91,14 @@ def not_known(task: m.TaskRef) -> m.Unknown | m.Unable:
 
 
 def _answer(me: Knowledge, name: str | None, statement: m.Statement, now: float) -> None:
-    """Answer a request. After "resume" others would take "I have stopped" for another stop, so it is not said then."""
-    has_stopped = isinstance(statement, m.Stopped)
-    composing.answer(me, name, f"answer {name}", statement, now, still=lambda: me.latched or not has_stopped)
+    """Answer a request, unless that is no longer so when its turn comes. After "resume" others would take "I have
+    stopped" for another stop, and whoever hears "I am busy" late does not ask again."""
+
+    def still() -> bool:
+        is_over = isinstance(statement, m.Stopped) and not me.latched
+        return not is_over and not (isinstance(statement, m.Busy) and me.state in FREE)
+
+    composing.answer(me, name, f"answer {name}", statement, now, still=still)
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:

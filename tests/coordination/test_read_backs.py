@@ -148,6 +148,18 @@ def test_who_is_once_heard_as_a_robot_is_one(said: str) -> None:
     assert bot.peers.people() == set()
 
 
+def test_who_is_free_by_its_turn_does_not_say_that_it_is_busy() -> None:
+    """It said so up to 13 s later, and a coordinator then gave it no order for long."""
+    room = Room("Rob", "Bot")
+    robot, air = room.robot, room.mission.air
+    robot.knowledge.state, began_s = State.PROPOSED, air.now
+    robot.heard(room.mission.book.parse_text("Hi Rob, I am Anna, complete task two"), air.now)
+    robot.knowledge.state = State.READY
+    air.refresh()
+    air.run_until(air.now + 10.0)
+    assert room.mission.written(began_s) == []
+
+
 def test_who_reads_an_order_back_no_longer_says_that_it_is_busy() -> None:
     """It said both where a voice had come between the order that it refused and the one that it took."""
     room = Room("Rob", "Bot")
