@@ -28,6 +28,21 @@ GAPS = 60
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
 _PART = re.compile(r"(?:^|;)([A-Z]+)=([^;]*)")
+_FORM = re.compile(r"[A-Z]+=[^;=\s]+(?:;[A-Z]+=[^;=\s]+)*")
+_NUMBER = re.compile(r"[+-]?[0-9]+")
+_BOUNDS = {
+    "INTERVAL": (1, 9999),
+    "BYMONTH": (1, 12),
+    "BYWEEKNO": (-53, 53),
+    "BYYEARDAY": (-366, 366),
+    "BYMONTHDAY": (-31, 31),
+    "BYHOUR": (0, 23),
+    "BYMINUTE": (0, 59),
+    "BYSECOND": (0, 59),
+    "BYSETPOS": (-366, 366),
+}
+"""Of the numbers of each part (RFC 5545, 3.3.10); what also counts from the end is never 0. With others dateutil leaves
+the part out, seeks for many seconds, or fails with an error of its own."""
 _END_FORM = re.compile(r"[0-9]{8}(T[0-9]{6})?")
 _END = "20640101T000000"
 """No time is sought after it, 40 years after BEGIN: a rule that is never due would be sought up to the year 9999, for
@@ -93,7 +108,10 @@ class Recurrence:
         parts = dict(_PART.findall(text))
         if not parts.get("FREQ"):
             raise ValueError("neither an interval nor a rule with FREQ=")
+        if not _FORM.fullmatch(text):
+            raise ValueError("a rule is NAME=VALUE;NAME=VALUE, without spaces")
         _check_end(parts)
+        _check_numbers(parts)
         rule = rrulestr(text if "UNTIL" in parts else f"{text};UNTIL={_END}", dtstart=BEGIN, cache=True)
         if not isinstance(rule, rrule) or parts["FREQ"] not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
@@ -111,6 +129,20 @@ def _check_end(parts: Mapping[str, str]) -> None:
         raise ValueError("UNTIL is a day such as 20301231")
 
 
+def _check_numbers(parts: Mapping[str, str]) -> None:
+    """Raise ValueError for a number that its part cannot have."""
+    if parts["FREQ"] in ("MONTHLY", "YEARLY"):
+        n_days = 5 if parts["FREQ"] == "MONTHLY" or "BYMONTH" in parts else 53
+    elif _NUMBER.search(parts.get("BYDAY", "")):  # dateutil takes the first Monday of a day or week for every Monday
+        raise ValueError("BYDAY has numbers only in a month or a year")
+    else:
+        n_days = 0
+    for name, (least, most) in {**_BOUNDS, "BYDAY": (-n_days, n_days)}.items():
+        numbers = map(int, _NUMBER.findall(parts.get(name, "")))
+        if any(not least <= number <= most or number == 0 > least for number in numbers):
+            raise ValueError(f"{name} is from {least} to {most}{', not 0' if least < 0 else ''}")
+
+
 def interval_s(text: str) -> float | None:
     """The length of an interval as it is written, such as "30 min", in s; None if it is none."""
     found = _INTERVAL.fullmatch(text)
@@ -123,7 +155,8 @@ def valid_recurrence(text: str) -> str | None:
         return None
     try:
         Recurrence(text)
-    except (ValueError, TypeError, OverflowError) as error:
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
+        reason = str(error)[:60] if isinstance(error, ValueError) else "a number in it is too large"
         remedy = f"write for example `6 h`, `1 d` or `FREQ=DAILY;BYHOUR=8`, at most once in {LEAST_S / 60.0:g} min"
-        return f"{text[:60]!r} is not a rule for when a task is due ({str(error)[:60]}); {remedy}"
+        return f"{text[:60]!r} is not a rule for when a task is due ({reason}); {remedy}"
     return None

@@ -79,10 +79,32 @@ def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
         ("FREQ=DAILY;UNTIL=20300101T000000Z", "UNTIL is in local time; leave out its Z"),
         ("FREQ=DAILY;UNTIL=2030", "UNTIL is a day such as 20301231"),
         ("6 hours", "neither an interval nor a rule with FREQ="),
+        ("FREQ=DAILY; BYHOUR=8", "a rule is NAME=VALUE;NAME=VALUE, without spaces"),
+        ("FREQ=DAILY;", "a rule is NAME=VALUE;NAME=VALUE, without spaces"),
+        ("FREQ=HOURLY;BYHOUR=25", "BYHOUR is from 0 to 23"),
+        ("FREQ=DAILY;INTERVAL=-1", "INTERVAL is from 1 to 9999"),
+        ("FREQ=MONTHLY;BYMONTHDAY=0", "BYMONTHDAY is from -31 to 31, not 0"),
+        ("FREQ=MONTHLY;BYDAY=9MO", "BYDAY is from -5 to 5, not 0"),
+        ("FREQ=YEARLY;BYMONTH=11;BYDAY=50MO", "BYDAY is from -5 to 5, not 0"),
+        ("FREQ=YEARLY;BYDAY=60MO", "BYDAY is from -53 to 53, not 0"),
+        ("FREQ=WEEKLY;BYDAY=1MO", "BYDAY has numbers only in a month or a year"),
+        ("FREQ=DAILY;BYEASTER=9999999", "a number in it is too large"),
     ],
 )
 def test_a_rule_that_would_not_be_due_as_meant_is_refused(text: str, reason: str) -> None:
     assert f"({reason})" in (valid_recurrence(text) or "")
+
+
+@pytest.mark.parametrize(
+    ("text", "due"),
+    [
+        ("FREQ=MONTHLY;BYDAY=2TU", datetime(2026, 5, 12)),
+        ("FREQ=YEARLY;BYDAY=-1SU", datetime(2026, 12, 27)),
+        ("FREQ=MONTHLY;BYMONTHDAY=-1;BYHOUR=0,23", datetime(2026, 5, 31)),
+    ],
+)
+def test_a_rule_counts_days_in_a_month_or_a_year(text: str, due: datetime) -> None:
+    assert Recurrence(text).next(datetime(2026, 5, 4, 12).timestamp()) == due.timestamp()
 
 
 def test_a_rule_may_be_in_small_letters() -> None:
