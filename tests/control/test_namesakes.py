@@ -1,4 +1,4 @@
-"""`hvcpctl` where two users of one computer each have a robot of the same name."""
+"""Which robot `hvcpctl` asks: where two users of one computer each have one of the same name, or one is named."""
 
 from __future__ import annotations
 
@@ -75,3 +75,39 @@ def test_one_socket_in_two_folders_is_one_robot(
 ) -> None:
     monkeypatch.setenv("HVCPD_STATE_DIR", str(namesakes[0].directory / "state"))
     assert main(["resume", "--name", "Rob"]) == 0
+
+
+@pytest.fixture(scope="module")
+def lone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningRobot]:
+    """One robot, Rob."""
+    with RunningRobot(tmp_path_factory.mktemp("robot")) as running:
+        yield running
+
+
+@pytest.mark.parametrize("command", ["status", "stop", "resume", "tasks", "reload"])
+def test_another_robot_than_the_named_one_is_not_asked(
+    command: str, lone: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`stop --name Bot` stopped Rob, whose socket the settings name, and Bot drove on."""
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text(f"name: Rob\ncontrol: {{socket: {lone.bench.path}}}\n")
+    for which in (["--config", str(config)], ["--socket", str(lone.bench.path)]):
+        assert main([command, *which, "--name", "Bot"]) == 3
+        assert "this is Rob's socket, not Bot's" in capsys.readouterr().err
+        assert lone.state is not State.STOPPED
+        assert main(["tasks", *which, "--name", "rob"]) == 0
+
+
+def test_the_transcript_is_that_of_the_named_robot(
+    lone: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text(f"name: Rob\nstate_dir: {tmp_path}\ncontrol: {{socket: {lone.bench.path}}}\n")
+    assert main(["transcript", "--config", str(config), "--name", "Bot"]) == 2
+    assert f"{tmp_path}/bot.sqlite3: there is no robot's memory here" in capsys.readouterr().err
+
+
+def test_the_help_of_stop_tells_that_it_stops_every_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["stop", "--help"])
+    assert "Without --name, --socket and --config: every robot that runs" in " ".join(capsys.readouterr().out.split())

@@ -197,16 +197,15 @@ def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonCli
     several run and none was named.
     """
     if options.socket is not None:
-        return DaemonClient(options.socket)
-    return daemon_in(*lenient_settings(options, noted=noted), options.config)
+        return _at(options.socket, options.name)
+    return daemon_in(options, *lenient_settings(options, noted=noted))
 
 
-def daemon_in(settings: Settings, name: str | None, file: Path | None = None) -> DaemonClient:
-    """The daemon of the robot of this name whose socket is where the settings, from `file`, have it; as
-    `find_daemon`."""
+def daemon_in(options: argparse.Namespace, settings: Settings, name: str | None) -> DaemonClient:
+    """The daemon of the robot of this name whose socket is where the settings have it; as `find_daemon`."""
     if settings.control.socket is not None:
-        return DaemonClient(settings.control.socket)
-    folders = socket_folders(settings)
+        return _at(settings.control.socket, options.name)
+    folders, file = socket_folders(settings), options.config
     if name is not None:
         return _only([folder / socket_name(name) for folder in folders], name, folders, file)
     running = _running(folders)
@@ -214,6 +213,15 @@ def daemon_in(settings: Settings, name: str | None, file: Path | None = None) ->
         names = ", ".join(path.stem for path in running)
         raise ConfigError(f"several robots run here ({names}); choose one with --name NAME")
     return _only(running, None, folders, file)
+
+
+def _at(path: Path, name: str | None) -> DaemonClient:
+    """The daemon at this socket. Raises NotRunningError if --name names another robot than the one there."""
+    daemon = DaemonClient(path)
+    if name is not None and daemon.name.lower() != name.lower():
+        daemon.close()
+        raise NotRunningError(f"{path}: this is {daemon.name}'s socket, not {name}'s; name another by --socket")
+    return daemon
 
 
 def sockets_meant(settings: Settings, name: str | None) -> list[Path]:

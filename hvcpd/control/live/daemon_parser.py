@@ -70,7 +70,8 @@ def _add_orders(commands: Commands) -> None:
     """`stop`, `resume`, `reload` and `range`."""
     short = "live.short_commands"
     text = "halt a robot, or all that run here, at once, until told to resume"
-    _add(commands, "stop", text, short, "hvcpctl stop", "hvcpctl stop --name Rob")
+    everybody = "Without --name, --socket and --config: every robot that runs on this computer. "
+    _add(commands, "stop", text, short, "hvcpctl stop", "hvcpctl stop --name Rob", which=everybody)
     _add(commands, "resume", "let a stopped robot take on tasks again", short, "hvcpctl resume")
     _add(commands, "reload", "make a robot read its settings and tasks again", short, "hvcpctl reload")
     text = "measure the distance from a running robot to another one, by sound"
@@ -243,8 +244,10 @@ def _add_task(commands: Commands) -> None:
     add.add_argument("--robots", type=whole(1, 99), metavar="N", help="number of robots that carry it out together")
 
 
-def _add(commands: Commands, name: str, text: str, run: str, *examples: str) -> argparse.ArgumentParser:
-    command = add_command(commands, name, text, run, *examples, epilog=_WHICH + EXITS)
+def _add(
+    commands: Commands, name: str, text: str, run: str, *examples: str, which: str = _WHICH
+) -> argparse.ArgumentParser:
+    command = add_command(commands, name, text, run, *examples, epilog=which + EXITS)
     _add_which(command)
     add_json(command)
     return command

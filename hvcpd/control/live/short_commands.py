@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     is_chosen = options.config is not None or options.name is not None  # the system's settings choose no robot
     several = sockets_meant(settings, name) if is_chosen else sockets_here(settings)
     if len(several) < 2:
-        _give(options, DaemonClient(several[0]) if several else daemon_in(settings, name, options.config))
+        _give(options, DaemonClient(several[0]) if several else daemon_in(options, settings, name))
         return EX_OK
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, lenient_settings
+from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.language.forms import SEALED_KINDS
 from hvcpd.language.phrasebook import WORDS, Vocabulary
@@ -82,10 +82,10 @@ def open_transcript(options: argparse.Namespace) -> AskedRows | TranscriptReader
     if options.memory is not None:
         return TranscriptReader(Path(options.memory))
     if options.socket is not None:
-        return AskedRows(DaemonClient(options.socket))
+        return AskedRows(find_daemon(options))
     settings, name = lenient_settings(options)
     with suppress(NotRunningError, NotAllowedError):
-        return AskedRows(daemon_in(settings, name))
+        return AskedRows(daemon_in(options, settings, name))
     return TranscriptReader(settings.memory_path)
 
 
