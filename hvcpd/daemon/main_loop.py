@@ -258,8 +258,6 @@ class Daemon:
             if block.disturbed or sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
-            if self.wiring.keys is not None:
-                robot.set_clock(self.wiring.wall_s())
             self._keep_time(robot, time.time())
             self._look_at_button()
             robot.is_held_down = self._held_down
@@ -280,8 +278,10 @@ class Daemon:
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
     def _keep_time(self, robot: Robot, wall_s: float) -> None:
-        """Tasks are due again, and quiet hours begin and end."""
+        """Tasks are due again, quiet hours begin and end, and keys come of age and expire."""
         c = robot.coordination
+        if (ring := self.wiring.ring_now()) is not None:
+            robot.set_clock(self.wiring.wall_s(), ring)
         if c.board.recurs and (known_s := self.wiring.known_s(wall_s)) is not None:
             c.set_clock(known_s - robot.now, robot.now)
         role = self.wiring.with_talk(c.role, wall_s)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
@@ -24,7 +25,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Talk, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
-from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
+from hvcpd.errors import ConfigError, HvcpdError, KeyFileError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
@@ -130,6 +131,12 @@ class Wiring:
         wall_s = self.wall_s()
         today = datetime.fromtimestamp(wall_s, UTC).date() if wall_s is not None else None
         return self.keys.ring(today) if self.keys is not None else None
+
+    def ring_now(self) -> KeyRing | None:
+        """As `ring`; None if every key has expired meanwhile: the last ones then hold until the robot is restarted."""
+        with suppress(KeyFileError):
+            return self.ring()
+        return None
 
     def _phrasebook(self, names: Sequence[str]) -> Phrasebook:
         settings = self.settings

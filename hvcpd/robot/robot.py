@@ -42,6 +42,7 @@ from hvcpd.robot.records import (
 )
 from hvcpd.robot.sealing import Sealing, judged_by, written
 from hvcpd.robot.speech_output import Mouth, delivered, meaning
+from hvcpd.security.keys import KeyRing
 
 
 class Robot:
@@ -114,10 +115,10 @@ class Robot:
         self._barge_in.disturb()
         self._disturbed_until_s = self.now
 
-    def set_clock(self, wall_s: float | None) -> None:
-        """Set the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
+    def set_clock(self, wall_s: float | None, ring: KeyRing) -> None:
+        """Set the time, seconds since 1970, for codes that depend on it, None if nobody knows it; and its keys."""
         if self._sealing is not None:
-            self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
+            self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now, ring)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare recognition, while `go_on`. Takes seconds; another thread may do it."""
@@ -137,10 +138,9 @@ class Robot:
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
 
-        `heard`: shape (n,), float32, the sound from the microphone; `reading`: of the wheels, None if they were not
-        read; `lost`: number of samples lost before this block, 0 if it is unknown, None if none was lost. The returned
-        sound has the same shape and is to be played over the next block. An empty block, after `lost` samples, means
-        that there is no sound at all: the robot then stands still and waits to hear again.
+        `heard`: the microphone's sound, shape (n,), float32; `reading`: of the wheels, None if they were not read;
+        `lost`: number of samples lost before this block, 0 if it is unknown, None if none was. The returned sound has
+        the same shape, for the next block. Without any sound (an empty block) the robot stands still, and waits.
         """
         if len(heard) == 0:
             return self._endure(lost or 0, reading)

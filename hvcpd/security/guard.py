@@ -126,14 +126,14 @@ class Guard:
         far_cipher: int = FAR,
     ) -> None:
         """`bits` of a seal, and the look-ahead for encrypted statements, differ in tests and for passive listeners."""
-        kept = dict(counters or {})
+        kept = self._kept = dict(counters or {})
         self._own = own_name.casefold()
         self._ring = ring
         self._bits = bits
         self._far_cipher = far_cipher
         self._silence = GrowingSilence(patience or Patience())
         self._code_silence = GrowingSilence(CODE_PATIENCE)
-        self._codes = [Codes(key, kept, wall_s) for key in ring.accepted]
+        self._codes = {key: Codes(key, kept, wall_s) for key in ring.accepted}
         self._heard = {name: _Heard(last) for name, last in kept.items() if not name.startswith(NO_SPEAKER)}
         self._doubts = {name: value for name, value in kept.items() if name.startswith((DOUBTED, SURE))}
         self._own_counter = _name(ring.spoken, self._own)
@@ -214,10 +214,19 @@ class Guard:
                 self._taken.popitem(last=False)
         return verdict
 
-    def set_clock(self, wall_s: float | None) -> None:
-        """When the sample clock was 0, seconds since 1970: the two clocks drift apart by some seconds a day."""
-        for codes in self._codes:
+    def set_clock(self, wall_s: float | None, ring: KeyRing) -> None:
+        """When the sample clock was 0, seconds since 1970: the two clocks drift apart by some seconds a day. `ring`:
+        the keys that are valid by now."""
+        if ring.spoken != self._ring.spoken:
+            self._heard[self._own_counter] = _Heard(self._next - 1)
+            self._own_counter = _name(ring.spoken, self._own)
+            self._next = self._reserved = self._heard.get(self._own_counter, _Heard()).last + 1
+        for key in ring.accepted:
+            if key not in self._codes:  # the clock was ahead
+                self._codes[key] = Codes(key, self._kept, wall_s)
+        for codes in self._codes.values():
             codes.wall_s = wall_s
+        self._ring = ring
 
     def saves(self) -> dict[str, int]:
         """Counters that have changed and must be saved; each is returned once."""
@@ -227,7 +236,7 @@ class Guard:
     def _judge_code(self, code: str, now: float) -> Verdict:
         if self._code_silence.is_silent(CODE, now):
             return Verdict(Trust.SILENCED)
-        for codes in self._codes:
+        for codes in (self._codes[key] for key in self._ring.accepted):
             if codes.take(code, now):
                 self._code_silence.right(CODE, now)
                 self._saves |= codes.counters

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -84,6 +85,15 @@ def test_a_clock_that_was_never_set_is_none(key: Path, tmp_path: Path) -> None:
     wiring = outfit_with(key, tmp_path)
     assert wiring.wall_s() is None
     assert wiring.ring() is not None
+
+
+def test_keys_that_have_all_expired_while_a_robot_runs_are_its_keys_until_it_is_restarted(
+    key: Path, tmp_path: Path
+) -> None:
+    wiring = outfit_with(key, tmp_path)
+    assert wiring.ring_now() == wiring.ring()
+    old = replace(fresh_entry(TODAY - timedelta(days=9)), until=TODAY - timedelta(days=5))
+    assert replace(wiring, keys=KeyFile((old,))).ring_now() is None
 
 
 async def life(wiring: Wiring, *counters: SaveCounter) -> dict[str, int]:

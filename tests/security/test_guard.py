@@ -201,6 +201,29 @@ def test_two_keys_are_good_while_they_are_changed() -> None:
     assert trust(old, said(), rob.seal(said(), 0.0)) is Trust.WRONG
 
 
+def test_who_runs_on_while_the_keys_change_speaks_with_the_newest_and_believes_no_ended_one() -> None:
+    """Its keys were those of the day on which it was switched on: who was switched on later did not believe it."""
+    rob, old = Guard("Rob", KeyRing(KEY, (NEXT_KEY,))), Guard("Bot", RING)
+    numbers = [rob.seal(said(), 0.0) for _ in range(3)]
+    code = counted_code(KEY.sheet_key, 0)
+    rob.set_clock(None, KeyRing(NEXT_KEY))
+    new = Guard("Bot", KeyRing(NEXT_KEY))
+    assert trust(new, said(), rob.seal(said(), 1.0)) is Trust.SEALED
+    back = said(speaker="Bot", to="Rob")
+    assert trust(rob, back, old.seal(back, 1.0)) is Trust.WRONG
+    assert rob.judge(said(), None, code, 1.0).trust is Trust.WRONG
+    rob.set_clock(None, KeyRing(KEY, (NEXT_KEY,)))  # its clock was ahead
+    assert rob.judge(said(), None, code, 1.0).trust is Trust.CODE
+    assert rob.seal(said(), 2.0) not in numbers, "no number is used twice"
+    assert trust(old, said(), rob.seal(said(), 2.0)) is Trust.SEALED
+
+
+def test_a_code_of_a_key_that_was_not_valid_at_the_start_is_good_later() -> None:
+    rob = Guard("Rob", RING, wall_s=WALL_S)
+    rob.set_clock(WALL_S, KeyRing(NEXT_KEY, (KEY,)))
+    assert rob.judge(said(), None, counted_code(NEXT_KEY.clock_key, step_of(WALL_S)), 0.0).trust is Trust.CODE
+
+
 def test_a_sentence_without_seal_is_bare() -> None:
     assert Guard("Bot", RING).judge(said(), None, None, 0.0).trust is Trust.BARE
 
