@@ -25,6 +25,7 @@ from benchmarks.keyword.mixing import EnergyMixer, Takes
 from benchmarks.keyword.model import Net, folded, started
 from benchmarks.keyword.score import save_scored, validation_of
 from benchmarks.keyword.takes import BATCH, NOTHING, TOLD, inputs, labels_of, leave_out
+from benchmarks.phones.precision import TRAINED_IN
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 AVERAGED = 0.99
@@ -33,8 +34,6 @@ WARM_UP = 50
 """Steps until the rate is reached."""
 FALL = 0.4
 """Share of the steps, the last ones, in which the rate falls to nothing."""
-HALF = any("bf16" in line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags"))
-"""Whether the processor has numbers of two bytes: a step takes half the time; without them ten times as long."""
 PRINTED = 500
 """Steps from one check, and one file written, to the next."""
 
@@ -71,7 +70,7 @@ def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tup
         for group in optimizer.param_groups:
             group["lr"] = o.rate * min(step / WARM_UP, 1.0, (o.steps - step + 1) / (FALL * o.steps))
         optimizer.zero_grad()
-        with torch.autocast("cpu", torch.bfloat16, enabled=HALF):
+        with torch.autocast("cpu", torch.bfloat16, enabled=TRAINED_IN is torch.bfloat16):
             logits = net(sound)
         each = loss_of(logits.float(), labels, o.weight)
         mixer.learned(takes, each.detach().numpy())

@@ -27,6 +27,8 @@ import torch
 from torch import Tensor, nn
 
 from benchmarks.phones.denominator import log_denominator, trigrams
+from benchmarks.phones.muon import Muon
+from benchmarks.phones.precision import TRAINED_IN
 from benchmarks.phones.stored import stored
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
@@ -91,9 +93,9 @@ class Net(nn.Module):
         self.out = nn.Linear(WIDTH, BLANK + 1)
 
     def forward(self, sound: Tensor) -> Tensor:
-        """From (batch, bands, frames) to logits (batch, phones, half the frames); in half of the precision and of the
-        time while it is trained."""
-        kind = torch.bfloat16 if self.training else torch.float32
+        """From (batch, bands, frames) to logits (batch, phones, half the frames); while it is trained, in half of the
+        precision and of the time where the processor can."""
+        kind = TRAINED_IN if self.training else torch.float32
         sound = sound.transpose(1, 2).to(kind)
         layers = [(weights.to(kind), bias.to(kind)) for weights, bias in zip(self.weights, self.biases, strict=True)]
         for number, size in enumerate(KERNEL_SIZES):
@@ -240,7 +242,7 @@ def optimizers_of(net: Net, rate: float) -> tuple[torch.optim.Optimizer, torch.o
     matrices = list(net.weights)
     rest = [*net.biases, *net.out.parameters()]
     return (
-        torch.optim.Muon(matrices, rate, weight_decay=DECAY, adjust_lr_fn="match_rms_adamw"),
+        Muon(matrices, rate, DECAY),
         torch.optim.AdamW(rest, rate, weight_decay=0.0),
     )
 

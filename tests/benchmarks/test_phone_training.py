@@ -10,6 +10,9 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs PyTorch, with which phone nets are trained")
 
+from torch import nn  # noqa: E402
+
+from benchmarks.phones.muon import Muon, orthogonal  # noqa: E402
 from benchmarks.phones.score import TEXTS, losses_of, others_of  # noqa: E402
 from benchmarks.phones.train import WIDTH, Data, Net, Residual, begun, weights_of  # noqa: E402
 from hvcpd.people.bands import N_BANDS  # noqa: E402
@@ -87,3 +90,27 @@ def test_what_a_net_heard_is_likelier_than_another_text() -> None:
     net = SimpleNamespace(log_posteriors=lambda _logs: heard)
     losses = losses_of(net, np.zeros((24, N_BANDS), np.float32), [np.array([4, 7]), np.array([7, 4]), np.array([4])])  # type: ignore[arg-type]
     assert losses.argmin() == 0
+
+
+def test_muons_steps_are_those_of_pytorchs() -> None:
+    torch.manual_seed(4)
+    begin = torch.randn(24, 9)
+    ours, theirs = nn.Parameter(begin.clone()), nn.Parameter(begin.clone())
+    optimizers = (
+        Muon([ours], 0.02, 0.1),
+        torch.optim.Muon([theirs], 0.02, weight_decay=0.1, adjust_lr_fn="match_rms_adamw"),
+    )
+    for _ in range(4):
+        gradient = torch.randn(24, 9)
+        ours.grad, theirs.grad = gradient.clone(), gradient.clone()
+        for optimizer in optimizers:
+            optimizer.step()
+    assert torch.allclose(ours, theirs, atol=2e-3)  # theirs have two bytes
+    assert (ours - begin).abs().max() > 0.02
+
+
+@pytest.mark.parametrize("shape", [(5, 12), (12, 5)])
+def test_an_orthogonal_steps_singular_values_are_about_1(shape: tuple[int, int]) -> None:
+    torch.manual_seed(5)
+    values = torch.linalg.svdvals(orthogonal(torch.randn(*shape), torch.float32))
+    assert 0.6 < float(values.min()) <= float(values.max()) < 1.3
