@@ -37,7 +37,7 @@ class Muon(torch.optim.Optimizer):
     def __init__(self, matrices: Iterable[nn.Parameter], lr: float, decay: float) -> None:
         super().__init__(matrices, {"lr": lr, "decay": decay})
 
-    @torch.no_grad()
+    @torch.no_grad()  # type: ignore[untyped-decorator]
     def step(self) -> None:  # type: ignore[override]
         """Step by the gradients."""
         for group in self.param_groups:
