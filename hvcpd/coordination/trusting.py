@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.floor import RANK_MAX
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State
@@ -78,6 +79,8 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
 
     A right seal is asked about every time: each is valid once, so nobody can play it repeatedly.
     """
+    if trust is Trust.REVOKED:
+        me.floor.busy_since_s = NEVER_S  # it is no voice that may answer: nobody repeats a claim for it
     if not is_for(me, u.addressee) or not _needs_proof(u):
         return
     name = u.speaker

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 
 import pytest
 
@@ -308,3 +309,13 @@ def test_who_is_believed_meanwhile_is_not_asked_to_say_it_again() -> None:
         said += [action.utterance.statement for action in rob.actions(now) if isinstance(action, Say)]
         rob.spoken(now + 3.0)
     assert said == [m.Claim(m.TaskByNumber(2))]
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_nobody_repeats_a_claim_for_the_voice_of_who_is_revoked(seed: int) -> None:
+    """Each of its sentences, which confirmed the claim, had it repeated once more."""
+    seals = WordSeals(keyed_book(NAMES, TASKS), KeyRing(KEY, revoked=frozenset({"bot"})))
+    mission = Mission(NAMES, TASKS, seed=seed, seals=seals)
+    assert mission.run().agreed
+    claims = Counter(u.statement for _, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Claim))
+    assert max(claims.values()) <= 8
