@@ -32,7 +32,7 @@ from benchmarks.people_material import (
     sentences,
 )
 from benchmarks.people_stage import SNR_DB, Stage
-from benchmarks.phones.recorded import bare_words, half_of, lines_of_games, noises, string_of
+from benchmarks.phones.recorded import bare_words, half_in, lines_of_games, noises, string_of
 from benchmarks.phones.rooms import Rooms
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
@@ -220,12 +220,11 @@ def by_people(stage: Stage, place: Place, data: Path, seed: int) -> Iterator[Cas
     for utterance in chooser.sample(lines, min(len(lines), MOST_LINES)):
         yield Case("actors' lines", (), nobody.hypotheses(place.heard(utterance.sound)))
     for folder, kind in (("negatives", "people's talk"), ("sounds", "sounds")):
-        for path in sorted((data / folder).glob("*.wav")):
-            if half_of(path) == "train":
-                sound = np.asarray(read_wav(path), np.float32)
-                parts = [sound, *(_part(sound, rng) for _ in range(3))]
-                for part in (each for each in parts if np.abs(each).max() > FAINT):
-                    yield Case(kind, (), nobody.hypotheses(place.heard(part)))
+        for path in half_in(data / folder, "train"):
+            sound = np.asarray(read_wav(path), np.float32)
+            parts = [sound, *(_part(sound, rng) for _ in range(3))]
+            for part in (each for each in parts if np.abs(each).max() > FAINT):
+                yield Case(kind, (), nobody.hypotheses(place.heard(part)))
 
 
 def _part(sound: Samples, rng: np.random.Generator) -> Samples:

@@ -28,7 +28,7 @@ from benchmarks.people_material import (
     stream,
 )
 from benchmarks.people_stage import BLOCK, Stage, found, listen, near, say_the_same
-from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, game_part_of, half_of, words
+from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, game_part_of, half_in, words
 from benchmarks.phones.voices import KOKORO_TESTS, Talker, kokoro
 from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
@@ -231,7 +231,7 @@ def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], mo
 
 def endless_row(stage: Stage, data: Path, seed: int) -> None:
     """A minute of people who talk on and on, with their pauses and without any; none of it is for a robot."""
-    paths = _coffee(data)
+    paths = half_in(data / "negatives", "test")
     talk = [np.asarray(read_wav(p), np.float32) for p in random.Random(seed).choices(paths, k=60)]
     _endless(stage, "with its pauses", talk, seed)
     _endless(stage, "without a pause", [trimmed(each) for each in talk], seed)
@@ -296,7 +296,7 @@ def talk_rows(stage: Stage, data: Path, minutes: float) -> None:
     """Talk that nothing was fitted to, of people and, where their lines are, of actors: false alarms in an hour."""
     actors = [p for p in sorted((data / "games").rglob("*.wav")) if game_part_of(p) == "test"]
     for label, paths, pause_s in (
-        ("people ordering coffee", _coffee(data), 0.0),
+        ("people ordering coffee", half_in(data / "negatives", "test"), 0.0),
         ("actors in a game", actors, ACTORS_PAUSE_S),
     ):
         if paths:
@@ -330,11 +330,6 @@ def _talk_row(stage: Stage, label: str, paths: Sequence[Path], pause_s: float, m
         print("   ", each)
 
 
-def _coffee(data: Path) -> list[Path]:
-    """The half of people's talk that nothing was fitted to: they order coffee."""
-    return [path for path in sorted((data / "negatives").rglob("*.wav")) if half_of(path) == "test"]
-
-
 def _drawn(said: Sequence[Utterance], most: int, seed: int) -> list[Utterance]:
     return list(said) if len(said) <= most else random.Random(seed).sample(list(said), most)
 
@@ -345,7 +340,7 @@ def _people(said: Sequence[Utterance]) -> int:
 
 def _talk(stage: Stage, data: Path, seed: int) -> Iterator[Samples]:
     """Segments of talk, now people's and now a robot's, as loud as speech is."""
-    paths = _coffee(data)
+    paths = half_in(data / "negatives", "test")
     chooser = random.Random(seed)
     while True:
         yield levelled(np.asarray(read_wav(chooser.choice(paths)), np.float32))

@@ -16,6 +16,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.leveling import audible
 
 KEYWORD = "stop"
+PARTS = ("train", "validate", "test")
 KINDS = ("stop", "word", "talk", "sound", "inside")
 """The keyword at the end of a call; single words and calls that are none; sentences; what nobody says; sentences of
 which the keyword is a part."""

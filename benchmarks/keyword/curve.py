@@ -29,9 +29,10 @@ from numpy.typing import NDArray
 from benchmarks.judging import in_noise, text_of
 from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
 from benchmarks.keyword.texts import inside
+from benchmarks.keyword.voices import actors
 from benchmarks.manner import Manner
 from benchmarks.people_material import foreigners
-from benchmarks.phones.recorded import lines_of_games
+from benchmarks.phones.recorded import half_in
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, festival, kokoro
 from benchmarks.stop import Stage, at_level, kitchen, room
@@ -79,13 +80,9 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         callers[more.name] = lambda chooser: read(chooser.choice(calls))
     words = [p for p in sorted((data / "words").rglob("*.wav")) if p.parent.name != KEYWORD]
     words = [p for p in words if part_of(p.name.split("_")[0]) == name]
-    coffee, sounds = (
-        [p for p in sorted((data / folder).glob("*.wav")) if part_of(p.stem, half=True) == name]
-        for folder in ("negatives", "sounds")
-    )
-    lines = lines_of_games(data, "calibration" if name == "validate" else name)
-    actors = [u.sound for u in lines if KEYWORD not in u.words]
-    random.Random(76).shuffle(actors)
+    coffee, sounds = (half_in(data / folder, name) for folder in ("negatives", "sounds"))
+    lines = [clip.sound for clip in actors(data, name)]
+    random.Random(76).shuffle(lines)
 
     def prose() -> Iterator[Samples]:
         chooser = random.Random(78)
@@ -115,7 +112,7 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
             np.pad(s, (0, max(round(WORD_EVERY_S * SAMPLE_RATE_HZ) - len(s), 0))) for s in map(read, words)
         ),
         "people ordering coffee": map(read, coffee),
-        "actors in games": iter(actors),
+        "actors in games": iter(lines),
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
         "robots' sentences": sentences(stage),

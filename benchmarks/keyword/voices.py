@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judging import Phrases, text_of
-from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
+from benchmarks.keyword.clips import KEYWORD, KINDS, PARTS, Clip, clip_of, part_of, recorded, save, trimmed
 from benchmarks.keyword.texts import OWN_WORDS, alike, between_robots, call, inside, made_up, near_part_of, rosters
 from benchmarks.phones.recorded import lines_of_games
 from benchmarks.phones.texts import Texts, common_words
@@ -141,12 +141,11 @@ def said(job: Job) -> Clip:
     return clip_of(sound, kind, part, f"{source}: {text}")
 
 
-def actors(data: Path) -> Iterator[Clip]:
-    """Lines of games without the keyword; none where DIR has none."""
-    for part, ours in (("train", "train"), ("calibration", "validate"), ("test", "test")):
-        for line in lines_of_games(data, part):
-            if KEYWORD not in line.words:
-                yield clip_of(line.sound, "talk", ours, f"actors: {' '.join(line.words)}")
+def actors(data: Path, part: str) -> list[Clip]:
+    """Lines of games without the keyword, of one part; none where DIR has none."""
+    lines = lines_of_games(data, "calibration" if part == "validate" else part)
+    said = ((line.sound, " ".join(line.words)) for line in lines if KEYWORD not in line.words)
+    return [clip_of(sound, "talk", part, f"actors: {text}") for sound, text in said]
 
 
 def main() -> None:
@@ -156,13 +155,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
     o = parser.parse_args()
+    lines = [clip for part in PARTS for clip in actors(o.data, part)]
     with ProcessPoolExecutor(JOBS) as pool:
-        clips = [*recorded(o.data), *actors(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
+        clips = [*recorded(o.data), *lines, *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
     clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
     save(o.out, clips)
     for kind in KINDS:
         of_kind = [clip for clip in clips if clip.kind == kind]
-        print(kind, {part: sum(c.part == part for c in of_kind) for part in ("train", "validate", "test")})
+        print(kind, {part: sum(c.part == part for c in of_kind) for part in PARTS})
 
 
 if __name__ == "__main__":

@@ -51,6 +51,11 @@ def half_of(path: Path) -> str:
     return keyword_part_of(path.stem, half=True)
 
 
+def half_in(folder: Path, part: str) -> list[Path]:
+    """The recordings of one half, in order."""
+    return [path for path in sorted(folder.rglob("*.wav")) if half_of(path) == part]
+
+
 @dataclass(frozen=True, eq=False)
 class Utterance:
     """What somebody said, as words, and the sound of it."""
@@ -98,8 +103,7 @@ def orders_of_coffee(data: Path, part: str) -> list[Utterance]:
     recordings in DIR/negatives."""
     lines = (line.split("\t") for line in COFFEE_ORDERS.read_text(encoding="utf-8").splitlines())
     said = {name: tuple(text.split()) for name, text in lines}
-    paths = [p for p in sorted((data / "negatives").glob("*.wav")) if half_of(p) == part]
-    heard = ((said[p.stem[:8]], p) for p in paths if p.stem[:8] in said)
+    heard = ((said[p.stem[:8]], p) for p in half_in(data / "negatives", part) if p.stem[:8] in said)
     return [Utterance(text, p.stem, trimmed(np.asarray(read_wav(p), np.float32))) for text, p in heard]
 
 
@@ -142,5 +146,5 @@ def noises(data: Path, part: str) -> list[Samples]:
 
 def joined(folder: Path, part: str) -> Samples:
     """The recordings of one half, one after the other, all as loud."""
-    sounds = [np.asarray(read_wav(p), np.float32) for p in sorted(folder.glob("*.wav")) if half_of(p) == part]
+    sounds = [np.asarray(read_wav(path), np.float32) for path in half_in(folder, part)]
     return np.concatenate([s * (0.1 / max(float(np.sqrt(np.mean(s**2))), 1e-5)) for s in sounds])

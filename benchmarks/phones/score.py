@@ -61,13 +61,11 @@ def main() -> None:
             print(f"{path.stem}: {net.stem}: {errors_of(begun(net), data)[1]:.1%} of the phones wrong", flush=True)
         numbers = [n for n, text in enumerate(data.phones) if len(text)][:TAKES]
         texts = [others_of(data.phones, n) for n in numbers]
-        losses = {
-            net: [
-                losses_of(PhoneNet.of(np.load(net)), data.logs[n].astype(np.float32), t)
-                for n, t in zip(numbers, texts, strict=True)
-            ]
-            for net in (*o.far, *o.near)
-        }
+        losses = {}
+        for net in (*o.far, *o.near):
+            loaded = PhoneNet.of(dict(np.load(net)))  # a file would be unpacked for each take
+            takes = zip(numbers, texts, strict=True)
+            losses[net] = [losses_of(loaded, data.logs[n].astype(np.float32), t) for n, t in takes]
         for far, near in itertools.product(o.far, o.near):
             right = sum(int(np.argmin(a + b)) == 0 for a, b in zip(losses[far], losses[near], strict=True))
             low, high = wilson(right, len(numbers))

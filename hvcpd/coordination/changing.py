@@ -75,7 +75,7 @@ def _do_not_know(me: Knowledge, name: str | None, ref: m.TaskRef, now: float) ->
     if name is not None:
         slot = UNSURE_SLOTS + me.rank(name, 0, now)
         words = commands.not_known(ref)
-        composing.answer(me, name, f"answer {name}", words, now, slot, call=name, tentative=True)
+        composing.answer(me, name, composing.answer_topic(name), words, now, slot, call=name, tentative=True)
 
 
 def take_order(me: Knowledge, now: float) -> None:

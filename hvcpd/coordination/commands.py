@@ -98,7 +98,7 @@ def _answer(me: Knowledge, name: str | None, statement: m.Statement, now: float)
         is_over = isinstance(statement, m.Stopped) and not me.latched
         return not is_over and not (isinstance(statement, m.Busy) and me.state in FREE)
 
-    composing.answer(me, name, f"answer {name}", statement, now, still=still)
+    composing.answer(me, name, composing.answer_topic(name), statement, now, still=still)
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:

@@ -53,6 +53,11 @@ def answer(
     me.floor.want(intent, now)
 
 
+def answer_topic(name: str | None) -> str:
+    """The topic of an answer to a speaker: the next one takes its place."""
+    return f"answer {name}"
+
+
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:
     """The name, and the team unless the team is addressed: air time is scarce among many."""
     return m.Utterance(me.role.name, to, None if isinstance(to, m.ToTeam) else me.role.team, None)

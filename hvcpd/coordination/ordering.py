@@ -16,7 +16,7 @@ from hvcpd.language import messages as m
 
 
 def want_read_back(me: Knowledge, now: float) -> None:
-    me.floor.withdraw(f"answer {me.current.partner}")  # "I am busy" to an earlier order is no longer so
+    me.floor.withdraw(composing.answer_topic(me.current.partner))  # "I am busy" to an earlier order is no longer so
     sure = me.current.motion is not None and me.current.motion_sure
     trigger = Trigger.SPOKEN_SURE if sure else Trigger.SPOKEN
     effects.want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)

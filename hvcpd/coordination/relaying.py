@@ -144,7 +144,7 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
         return
     if entry.done_by != own:
         answer = composing.change(entry) if entry.skipped else m.Negative()
-        composing.answer(me, name, f"answer {name}", answer, now, OWNER_SLOT)
+        composing.answer(me, name, composing.answer_topic(name), answer, now, OWNER_SLOT)
     elif entry.recurs and count:
         if entry.change and (me.clock_s is not None or count != composing.spoken_count(entry)):
             changing.tell(me, name, entry, now)

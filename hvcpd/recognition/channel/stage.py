@@ -74,10 +74,10 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             for segment in [each for each in self._closed if each.job is job]:
                 out += self._take_result(segment, job, result)
         for each in self._closed:
-            over = self._now - each.closed_at > MAX_WAIT
+            over = self._is_over(each)
             if over or each.result is not None:
                 out += self._release(each, over or not each.in_progress)
-        self._closed = [each for each in self._closed if self._now - each.closed_at <= MAX_WAIT]
+        self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
     def _take_result(self, segment: OpenSegment, job: ChannelSegment, result: SearchResult) -> list[Recognised]:
@@ -238,6 +238,9 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if isinstance(event, Garbled):
             return not result.robot
         return event.words == result.likeliest or not self._searcher.unmodelled.isdisjoint(event.words)
+
+    def _is_over(self, segment: OpenSegment) -> bool:
+        return self._now - segment.closed_at > MAX_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:
         """Whether it was reported, or is a part of what was."""
