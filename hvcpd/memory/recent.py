@@ -41,8 +41,16 @@ class Recent:
         return records
 
     def keep(self, records: Iterable[OfTask], names: Mapping[int, str]) -> None:
-        """Save these records, of the tasks of these names, in place of earlier ones. Raises OSError."""
+        """Save these records, of the tasks of these names, in place of earlier ones. Raises OSError; then none are left
+        there, as they would count for newer than what is written elsewhere."""
         self._records |= {(type(record), names[record.number]): record for record in records}
+        try:
+            self._write()
+        except OSError:
+            self._path.unlink(missing_ok=True)
+            raise
+
+    def _write(self) -> None:
         lines = [[name, kind.__name__, *astuple(record)[1:]] for (kind, name), record in self._records.items()]
         partial = self._path.with_name(f"{self._path.name}.new")
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)

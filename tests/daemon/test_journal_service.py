@@ -182,6 +182,20 @@ async def test_without_a_runtime_folder_all_is_written_at_once(wiring: Wiring) -
     await journal.close()
 
 
+async def test_a_runtime_folder_that_is_full_by_now_does_not_bring_back_what_was_known_before(wiring: Wiring) -> None:
+    """The robot forgot at its next start that the task is done, and did it again."""
+    journal = JournalService(wiring)
+    await journal.open()
+    journal.write((SaveTask(1, "claimed", "Rob"),), 1.0)
+    await journal.settled()
+    socket_path(wiring.settings).with_suffix(".recent.new").mkdir()
+    journal.write((SaveTask(1, "done", "Rob"),), 2.0)
+    await journal.close()
+    again = JournalService(wiring)
+    assert (await again.open()).tasks == {1: ("done", "Rob")}
+    await again.close()
+
+
 async def test_each_utterance_has_the_time_when_it_was_told(wiring: Wiring) -> None:
     journal = JournalService(wiring)
     await journal.open()
