@@ -127,7 +127,7 @@ class SaveDue:
 
 @dataclass(frozen=True)
 class SaveChange:
-    """Remember the last change of a task: its number, and whether it is left out since."""
+    """Remember the last change of a task: its number, 0 for none, and whether it is left out since."""
 
     number: int
     count: int

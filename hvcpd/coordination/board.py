@@ -99,8 +99,9 @@ class Board:
         for task in tasks:
             self._entries[task.number].definition = task
 
-    def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[int, ...]:
-        """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks.
+    def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[Collection[int], Collection[int]]:
+        """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks, and of
+        those that are new.
 
         A task is the same if its name is: one that was done stays so under another number."""
         new = {task.number: task for task in tasks}
@@ -110,16 +111,14 @@ class Board:
             if not self[number].known_done:
                 self._set(number, DONE, None)
             self._entries[number].gone = True
+        added = {number for number in new if number not in self._entries or self[number].gone}
         for number, task in new.items():
-            entry = self._entries.get(number)
-            if entry is None or entry.gone:
-                self._entries[number] = added = done.get(spoken_name(task)) or new_entry(task)
-                added.definition = task
-                added.is_due = True  # others that do not know it yet leave it out of their lists
+            if number in added:
+                self._entries[number] = done.get(spoken_name(task)) or new_entry(task)
+                self[number].is_due = True  # others that do not know it yet leave it out of their lists
                 self.changed.append(number)
-            else:
-                entry.definition = task
-        return gone
+            self[number].definition = task
+        return gone, added
 
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
         """A robot (None: an unknown one) has the task, or shares it with its owner. A task known to be done stays done,

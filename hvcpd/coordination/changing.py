@@ -8,10 +8,12 @@ remaining tasks, and is then told. So all robots reach the same state, whichever
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination import claims, commands, composing, objecting, schedule
+from hvcpd.coordination.actions import SaveChange
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
 from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
@@ -93,6 +95,19 @@ def take_order_back(me: Knowledge, now: float) -> None:
     number = me.my_task()
     fire(me, Trigger.LOST, now)
     want(me, number, True, now)
+
+
+def replace_tasks(me: Knowledge, tasks: Iterable[TaskDefinition], now: float) -> None:
+    """Use these tasks, and no others: nothing that is said or kept of an earlier one is about a new one of its
+    number."""
+    gone, added = me.board.replace(tasks)
+    for number in gone:
+        me.spreading.pop(number, None)
+        me.report.drop(number)
+        if me.current.task == number:
+            fire(me, Trigger.LOST, now)
+    for number in added:
+        me.do(SaveChange(number, 0, False))
 
 
 def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:

@@ -83,6 +83,8 @@ class Coordination:
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s
         for number, (count, skipped) in (changes or {}).items():
+            if not (count or skipped):
+                continue  # it has taken the place of another task, and nobody has changed it since
             board.change(number, count, skipped)
             if board[number].definition.every is not None:  # it may have been due since then
                 board[number].is_changed, board[number].change = False, 0
@@ -259,11 +261,7 @@ class Coordination:
         """Use these tasks and places, and no others, from now on; ask the other robots what they know of new tasks."""
         me = self.knowledge
         right_of_way.take_places(me, places, now)
-        for number in self.board.replace(tasks):
-            me.spreading.pop(number, None)
-            me.report.drop(number)
-            if me.current.task == number:
-                fire(me, Trigger.LOST, now)
+        changing.replace_tasks(me, tasks, now)
         self.peers.let_rest(self.board.recurs)
         me.due_next_s, me.missed.heard_work = None, True
         schedule.open_due(me, now)

@@ -206,6 +206,21 @@ def test_a_task_that_is_gone_is_not_remembered_as_done_unless_it_was(at_s: float
     assert rob.board[2].lasting_state == state
 
 
+@pytest.mark.parametrize("name", ["dust the shelves", "water the violet rose"])
+def test_what_was_left_out_is_not_taken_for_a_task_that_was_added_under_its_number(name: str) -> None:
+    """After a restart the new task was left out, and never done."""
+    mission = Mission(("Rob",), plants(2), seed=1)
+    mission.air.run_until(1.0)
+    assert mission.robots["Rob"].change(2, True, 1.0) is None
+    one, two = plants(2)
+    for tasks in ((one,), (one, replace(two, name=name))):
+        mission.robots["Rob"].retask(tasks, mission.air.now)
+        mission.air.refresh()
+    mission.fail(Outage("Rob", mission.air.now, 1.0))
+    mission.air.run_until(AGAIN_S)
+    assert mission.watered == {1: 1, 2: 1}
+
+
 def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission = Mission(("Rob",), plants(3), seed=1)
     rob = mission.robots["Rob"]
