@@ -16,10 +16,8 @@ from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, way_f
 from hvcpd.config.skills import valid_keys
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.config.unknown_keys import synonyms
+from hvcpd.config.whereabouts import STATE_DIR, memory_path
 from hvcpd.ports import Pose
-
-STATE_DIR = Path("/var/lib/hvcpd")
-"""Folder where a service keeps its state, by the Filesystem Hierarchy Standard."""
 
 MAX_KNOWN_NAMES = 12
 """Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""
@@ -212,8 +210,8 @@ class Settings:
 
     @property
     def memory_path(self) -> Path:
-        """The robot's memory: one file a robot, so that two on one computer share nothing."""
-        return self.state_dir / f"{self.name.lower()}.sqlite3"
+        """The robot's memory."""
+        return memory_path(self.state_dir, self.name)
 
     @property
     def task_changes_path(self) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,19 +12,14 @@ from typing import Any
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
 from hvcpd.config.names import NameCheck, NameCheckBy, repeated_names
-from hvcpd.config.settings import DEFAULT_NAMES, STATE_DIR, ControlSettings, Settings
+from hvcpd.config.settings import DEFAULT_NAMES, Settings
 from hvcpd.config.skill_settings import SkillSettings, runnable
-from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
-from hvcpd.errors import ConfigError, did_you_mean
-
-SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
-"""Read if no other file is named; it need not be there."""
+from hvcpd.config.sources import Sourced, overlay_environment, sources_of
+from hvcpd.config.whereabouts import FILE_VARIABLE, STAND_IN_NAME, SYSTEM_SETTINGS_PATH, absolute
+from hvcpd.errors import did_you_mean
 
 DEFAULT = object()
 """In place of an option's value: the setting has its default, whatever the file and the environment say."""
-
-STAND_IN_NAME = "Rob"
-"""The name in the settings of a command that is no robot; the first of the paper's two."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +77,7 @@ def load_with_sources(
     def check(parts: Parts) -> None:
         if reserved is not None:
             lexicon = parts.plain(("lexicon",))
-            file = _absolute(Path(lexicon), document, ("lexicon",), path) if isinstance(lexicon, str) else None
+            file = absolute(Path(lexicon), document, ("lexicon",), path) if isinstance(lexicon, str) else None
             _check_reserved(parts, reserved(file, "gb" if parts.plain(("accent",)) == "gb" else "us"))
         _check_peers(parts)
         _check_wheels(parts)
@@ -96,33 +90,6 @@ def load_with_sources(
 def load_settings(path: Path | None = None, overrides: Mapping[str, object] | None = None, **options: Any) -> Settings:
     """The settings of `load_with_sources` alone."""
     return load_with_sources(path, overrides, **options).settings
-
-
-def guessed_settings(
-    path: Path | None, name: str | None, environment: Mapping[str, str] = os.environ
-) -> tuple[Settings, str | None]:
-    """Settings with errors, as far as they say where the robot's control socket is, and its name if there is one."""
-    path = path or Path(environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH)
-    try:
-        document = parse(read_bytes(path), str(path))
-    except ConfigError:
-        document = Document(Place(str(path)))
-    overlay_environment(document, Settings, environment)
-
-    def text(*key: str) -> str | None:
-        found = document.value
-        for part in key:
-            found = found.get(part) if isinstance(found, dict) else None
-        return found if isinstance(found, str) else None
-
-    def file(*key: str) -> Path | None:
-        with suppress(ConfigError):
-            return _absolute(Path(found), document, key, path) if (found := text(*key)) else None
-        return None
-
-    name, state_dir = name or text("name"), file("state_dir")
-    control = ControlSettings(socket=file("control", "socket"))
-    return Settings(name=name or STAND_IN_NAME, state_dir=state_dir or STATE_DIR, control=control), name
 
 
 def commented_settings() -> str:
@@ -154,7 +121,7 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
     def whole(value: Any, key: KeyPath) -> Any:
         match value:
             case Path():
-                return _absolute(value, document, key, path)
+                return absolute(value, document, key, path)
             case SkillSettings():
                 return runnable(value, path)
             case Mapping():
@@ -168,18 +135,6 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
     teams = settings.teams if settings.team in settings.teams else (*settings.teams, settings.team)
     found: Settings = whole(settings, ())
     return dataclasses.replace(found, teams=teams)
-
-
-def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:
-    """A file name from the configuration file is relative to that file's directory; ~ is the home directory."""
-    if name.parts[:1] == ("~",):
-        try:
-            name = Path.home().joinpath(*name.parts[1:])
-        except RuntimeError as error:
-            where = f"{document.place(key)}: {'.'.join(map(str, key))}"
-            raise ConfigError(f"{where}: this user has no home directory for the ~; write the whole path") from error
-    from_file = path is not None and document.has(key) and document.place(key).source == str(path)
-    return path.parent / name if path is not None and from_file else name
 
 
 def _check_reserved(parts: Parts, reserved: NameCheck) -> None:

@@ -18,12 +18,10 @@ from cattrs import Converter
 
 from hvcpd.config.document import Document, KeyPath, Place, parse
 from hvcpd.config.unknown_keys import synonym_of
+from hvcpd.config.whereabouts import FILE_VARIABLE
 from hvcpd.errors import ConfigError, did_you_mean
 
 PREFIX = "HVCPD_"
-
-FILE_VARIABLE = "HVCPD_CONFIG"
-"""Names the settings file, where no option does."""
 
 
 def variable_of(key: KeyPath) -> str:

@@ -11,10 +11,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hvcpd.config.folders import xdg_folder
-from hvcpd.config.settings import Settings
 from hvcpd.errors import NotRunningError, RunningError
+
+if TYPE_CHECKING:  # what only asks a robot checks no settings
+    from hvcpd.config.settings import Settings
 
 SYSTEM_FOLDER = Path("/run/hvcpd")
 """Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
@@ -41,12 +44,12 @@ class Caller:
     gid: int
 
 
-def socket_folders(settings: Settings, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
-    """The default folders for the socket, each once, in the order in which a daemon with these settings tries them."""
+def socket_folders(state_dir: Path, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
+    """The default folders for the socket, each once, in the order in which a daemon with that `state_dir` tries."""
     given = [Path(folder) for folder in environment.get("RUNTIME_DIRECTORY", "").split(":") if folder]
     of_user = xdg_folder("XDG_RUNTIME_DIR", environment)
     runtime = (of_user / "hvcpd",) if of_user is not None else ()
-    return tuple(dict.fromkeys((*given[:1], *runtime, SYSTEM_FOLDER, settings.state_dir)))
+    return tuple(dict.fromkeys((*given[:1], *runtime, SYSTEM_FOLDER, state_dir)))
 
 
 def socket_name(name: str) -> str:
@@ -58,7 +61,7 @@ def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ)
     """The path of the socket of a daemon with these settings."""
     if settings.control.socket is not None:
         return settings.control.socket
-    folders = socket_folders(settings, environment)
+    folders = socket_folders(settings.state_dir, environment)
     usable = (folder for folder in folders if os.access(folder, os.W_OK | os.X_OK) and folder.is_dir())
     return next(usable, settings.state_dir) / socket_name(settings.name)
 

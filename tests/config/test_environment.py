@@ -10,7 +10,8 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.settings import AudioSettings, PeerSettings, Settings
-from hvcpd.config.settings_file import DEFAULT, guessed_settings, load_settings, load_with_sources
+from hvcpd.config.settings_file import DEFAULT, load_settings, load_with_sources
+from hvcpd.config.whereabouts import whereabouts
 from hvcpd.errors import ConfigError
 
 
@@ -167,11 +168,12 @@ def test_a_robot_is_found_by_settings_with_errors(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("HOME", "/home/anna")
     path = tmp_path / "hvcpd.yaml"
     path.write_text("mdoe: follow\nname: Rob\nstate_dir: ~/state\ncontrol: {socket: rob.sock}\n")
-    found, name = guessed_settings(path, None, {})
-    assert (found.state_dir, found.control.socket) == (Path("/home/anna/state"), tmp_path / "rob.sock")
-    assert (found.name, name) == ("Rob", "Rob")
-    found, name = guessed_settings(path, None, {"HVCPD_NAME": "Zoe", "HVCPD_CONTROL__SOCKET": "/run/zoe.sock"})
-    assert (found.control.socket, name) == (Path("/run/zoe.sock"), "Zoe")
+    found = whereabouts(path, None, {})
+    assert (found.state_dir, found.socket) == (Path("/home/anna/state"), tmp_path / "rob.sock")
+    assert found.name == "Rob"
+    found = whereabouts(path, None, {"HVCPD_NAME": "Zoe", "HVCPD_CONTROL__SOCKET": "/run/zoe.sock"})
+    assert (found.socket, found.name) == (Path("/run/zoe.sock"), "Zoe")
+    assert whereabouts(path, "Bot", {"HVCPD_CONTROL__SOCKET": "null"}).socket is None
     path.write_text("\t: [")
-    found, name = guessed_settings(None, None, {"HVCPD_CONFIG": str(path), "HVCPD_STATE_DIR": "/var/lib/zoe"})
-    assert (found.state_dir, found.control.socket, found.name, name) == (Path("/var/lib/zoe"), None, "Rob", None)
+    found = whereabouts(None, None, {"HVCPD_CONFIG": str(path), "HVCPD_STATE_DIR": "/var/lib/zoe"})
+    assert (found.state_dir, found.socket, found.name) == (Path("/var/lib/zoe"), None, None)

@@ -8,7 +8,6 @@ import pytest
 
 from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.folders import xdg_folder
-from hvcpd.config.settings import Settings
 from hvcpd.daemon.control_socket import socket_folders
 
 NAME = "XDG_RUNTIME_DIR"
@@ -20,8 +19,7 @@ def test_what_the_specification_says_to_ignore_is_ignored(
 ) -> None:
     """Relative folders were made wherever a command was run."""
     assert xdg_folder(NAME, {NAME: value}) is None
-    settings = Settings(name="Rob")
-    assert socket_folders(settings, {NAME: value}) == socket_folders(settings, {})
+    assert socket_folders(tmp_path, {NAME: value}) == socket_folders(tmp_path, {})
     monkeypatch.setenv("XDG_CACHE_HOME", value)
     monkeypatch.setenv("HOME", str(tmp_path))
     assert user_cache_folder() == tmp_path / ".cache" / "hvcpd" / "units"

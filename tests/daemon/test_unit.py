@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.config.settings import STATE_DIR
-from hvcpd.config.settings_file import SYSTEM_SETTINGS_PATH
+from hvcpd.config.whereabouts import STATE_DIR, SYSTEM_SETTINGS_PATH
 from hvcpd.daemon.main_loop import FAREWELL_WALL_S
 from hvcpd.errors import EX_CONFIG, EX_USAGE
 

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.json_objects import json_object
-from hvcpd.config.settings import Settings
-from hvcpd.config.settings_file import guessed_settings, load_with_sources
+from hvcpd.config.whereabouts import STAND_IN_NAME, Whereabouts, whereabouts
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import answers, no_answer, short_address, socket_folders, socket_name
 from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
@@ -193,21 +192,30 @@ def _raise_refusal(reply: Mapping[str, Any]) -> None:
 def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
     """The daemon that the options and settings mean; without a name the only one there is.
 
-    Errors in the settings are `noted` on standard error. Raises NotRunningError, NotAllowedError, and ConfigError where
-    several run and none was named.
+    Where none is found, errors in the settings are `noted` on standard error. Raises NotRunningError, NotAllowedError,
+    and ConfigError where several run and none was named.
     """
     if options.socket is not None:
         return _at(options.socket, options.name)
-    return daemon_in(options, *lenient_settings(options, noted=noted))
+    return daemon_at(meant(options), options, noted=noted)
 
 
-def daemon_in(options: argparse.Namespace, settings: Settings, name: str | None) -> DaemonClient:
-    """The daemon of the robot of this name whose socket is where the settings have it; as `find_daemon`."""
-    if settings.control.socket is not None:
-        return _at(settings.control.socket, options.name)
-    folders, file = socket_folders(settings), options.config
-    if name is not None:
-        return _only([folder / socket_name(name) for folder in folders], name, folders, file)
+def daemon_at(where: Whereabouts, options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
+    """The daemon whose socket is there; as `find_daemon`."""
+    try:
+        return _daemon_at(where, options)
+    except (NotRunningError, ConfigError):
+        if noted:
+            _note_errors(options)
+        raise
+
+
+def _daemon_at(where: Whereabouts, options: argparse.Namespace) -> DaemonClient:
+    if where.socket is not None:
+        return _at(where.socket, options.name)
+    folders, file = socket_folders(where.state_dir), options.config
+    if where.name is not None:
+        return _only([folder / socket_name(where.name) for folder in folders], where.name, folders, file)
     running = _running(folders)
     if len(running) > 1 and len({path.name for path in running}) == len(running):
         names = ", ".join(path.stem for path in running)
@@ -224,26 +232,24 @@ def _at(path: Path, name: str | None) -> DaemonClient:
     return daemon
 
 
-def sockets_meant(settings: Settings, name: str | None) -> list[Path]:
+def sockets_meant(where: Whereabouts) -> list[Path]:
     """The sockets of all robots that run here and that may be meant: of this name, or any where there is none."""
-    if settings.control.socket is not None:
-        return []
-    return _running(socket_folders(settings), name)
+    return _running(socket_folders(where.state_dir), where.name) if where.socket is None else []
 
 
-def sockets_here(settings: Settings) -> list[Path]:
+def sockets_here(where: Whereabouts) -> list[Path]:
     """The sockets of all robots that run here, as far as the settings tell where they are."""
-    own = settings.control.socket
+    own = where.socket
     there = [own] if own is not None and own.exists() and answers(own) else []
-    return _each_once([*there, *_running(socket_folders(settings))])
+    return _each_once([*there, *_running(socket_folders(where.state_dir))])
 
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked. Who goes on without it tells of errors in the
     settings."""
-    settings, _ = lenient_settings(options, noted=False)
-    own = settings.control.socket if settings.name.lower() == name.lower() else None
-    paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(settings)]
+    where = meant(options)
+    own = where.socket if (where.name or STAND_IN_NAME).lower() == name.lower() else None
+    paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(where.state_dir)]
     for path in paths:
         with suppress(NotRunningError, NotAllowedError):
             return DaemonClient(path)
@@ -259,18 +265,19 @@ def running_robot(name: str, options: argparse.Namespace) -> str | None:
         return daemon.name
 
 
-def lenient_settings(options: argparse.Namespace, *, noted: bool = True) -> tuple[Settings, str | None]:
-    """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
-    robot."""
-    name = getattr(options, "name", None)
+def meant(options: argparse.Namespace) -> Whereabouts:
+    """Of the robot that the options and settings name."""
+    return whereabouts(options.config, getattr(options, "name", None))
+
+
+def _note_errors(options: argparse.Namespace) -> None:
+    """Tell of errors in the settings, which may be why no robot is found where they have it."""
+    from hvcpd.config.settings_file import load_with_sources  # not where one is found: it takes as long as all else
+
     try:
-        loaded = load_with_sources(options.config, {"name": name}, name_needed=False)
+        load_with_sources(options.config, {"name": getattr(options, "name", None)}, name_needed=False)
     except ConfigError as error:
-        if noted:
-            first = str(error).splitlines()[0]
-            sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
-        return guessed_settings(options.config, name)
-    return loaded.settings, loaded.name
+        sys.stderr.write(f"hvcpctl: note: the settings have errors ({str(error).splitlines()[0]})\n")
 
 
 def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:

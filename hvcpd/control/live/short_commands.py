@@ -5,20 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from hvcpd.control.live.daemon_client import (
     DaemonClient,
-    daemon_in,
+    daemon_at,
     find_daemon,
-    lenient_settings,
+    meant,
     sockets_here,
     sockets_meant,
 )
-from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
 
@@ -28,12 +26,14 @@ def run(options: argparse.Namespace) -> int:
     if options.command != "stop" or options.socket is not None:
         _give(options, find_daemon(options))
         return EX_OK
-    settings, name = lenient_settings(options)
+    where = meant(options)
     is_chosen = options.config is not None or options.name is not None  # the system's settings choose no robot
-    several = sockets_meant(settings, name) if is_chosen else sockets_here(settings)
+    several = sockets_meant(where) if is_chosen else sockets_here(where)
     if len(several) < 2:
-        _give(options, DaemonClient(several[0]) if several else daemon_in(options, settings, name))
+        _give(options, DaemonClient(several[0]) if several else daemon_at(where, options))
         return EX_OK
+    from concurrent.futures import ThreadPoolExecutor  # not for one robot, which must not wait for its import
+
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]
     if faults := [fault for each in given if (fault := each.result()) is not None]:
@@ -89,3 +89,8 @@ def _changed(change: dict[str, Any]) -> str:
     if key.startswith("task ") and None in (before, now):
         return f"{key}, {now}: new" if before is None else f"{key}, {before}: gone"
     return f"{key}: {value_text(before)} → {value_text(now)}"
+
+
+def value_text(value: object) -> str:
+    """A setting as it is written in the file: as JSON, which is also YAML, but text without quotes."""
+    return value if isinstance(value, str) and value.isprintable() else json.dumps(value, ensure_ascii=False)

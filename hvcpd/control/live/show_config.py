@@ -12,6 +12,7 @@ from typing import Any
 from hvcpd.config.settings_file import commented_settings, load_with_sources
 from hvcpd.config.sources import Sourced
 from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.live.short_commands import value_text
 from hvcpd.errors import EX_OK
 
 
@@ -25,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:
-        from hvcpd.synthesis.likeness import name_check  # not for `reload`, which loads this module, too
+        from hvcpd.synthesis.likeness import name_check
 
         loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False, reserved=name_check)
         settings = [_as_dict(each) for each in loaded.sources]
@@ -51,8 +52,3 @@ def _as_text(settings: list[dict[str, Any]]) -> Iterable[str]:
 
 WIDEST_VALUE = 32
 """Characters of the column; a longer value pushes its source to the right."""
-
-
-def value_text(value: object) -> str:
-    """A setting as it is written in the file: as JSON, which is also YAML, but text without quotes."""
-    return value if isinstance(value, str) and value.isprintable() else json.dumps(value, ensure_ascii=False)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings
+from hvcpd.control.live.daemon_client import DaemonClient, daemon_at, find_daemon, meant
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.language.forms import SEALED_KINDS
 from hvcpd.language.phrasebook import WORDS, Vocabulary
@@ -83,10 +83,10 @@ def open_transcript(options: argparse.Namespace) -> AskedRows | TranscriptReader
         return TranscriptReader(Path(options.memory))
     if options.socket is not None:
         return AskedRows(find_daemon(options))
-    settings, name = lenient_settings(options)
+    where = meant(options)
     with suppress(NotRunningError, NotAllowedError):
-        return AskedRows(daemon_in(options, settings, name))
-    return TranscriptReader(settings.memory_path)
+        return AskedRows(daemon_at(where, options))
+    return TranscriptReader(where.memory_path)
 
 
 def _row(each: Mapping[str, Any]) -> TranscriptRow:
