@@ -9,7 +9,7 @@ from typing import TypeAlias
 from hvcpd.config.names import plain_letters
 
 _UNSAYABLE = re.compile(
-    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|(?<![0-9])[0-9]+(?:[.,][0-9]+|:0[0-9])|\b[2-9]0s\b|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
+    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|[.,])[0-9]+|(?<![0-9])[0-9]+(?:[.,][0-9]+|:0[0-9])|\b[2-9]0s\b|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
 )
 """Numbers whose minus sign, point or comma would get lost, or whose zero (8:61:05); 90s, which may be seconds or years;
 all but letters, digits, and the punctuation that a reader passes over."""

@@ -35,8 +35,9 @@ _ROUND = re.compile(f"([1-9][0-9]??)({'|'.join(_ZEROS)})")
 _BEFORE_AM = frozenset((*_UNITS, *_TENS))
 """Where "am" follows, it is a time of day and no verb."""
 _TOKEN = re.compile(r"[a-z0-9']+")
-_STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
-"""A minus sign and a decimal point belong to their number; any other hyphen or point parts words."""
+_STRICT_TOKEN = re.compile(r"(?<![\w.–—-])(?:[–—-][.]?|[.,])[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
+"""A minus sign and a decimal point belong to their number, also one that begins with it: ".5 m" is not five metres. Any
+other hyphen or point parts words."""
 
 
 def number_words(number: int) -> tuple[str, ...]:

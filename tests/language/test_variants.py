@@ -132,7 +132,7 @@ def test_signs_without_sound_are_found() -> None:
     assert unsayable("at 8:30:05") == "30:05"
     assert unsayable("20 m²") == "²"
     assert unsayable("½ a litre") == "½"
-    for number in ("-5", "\N{EN DASH}5", "-.5", ".5", "3.500", "1,000"):
+    for number in ("-5", "\N{EN DASH}5", "-.5", ".5", ",5", "3.500", "1,000"):
         assert unsayable(f"it is (now) {number} degrees") == unsayable(f"it is ({number}) degrees") == number
     assert unsayable("version 1.2.3") == "1.2"
     for said in ("3-5 roses", "3\N{EN DASH}5 roses", "Rob - 5 roses", "Rob--5 roses", "well ...5 roses", "5.", "Rob,5"):
