@@ -245,6 +245,9 @@ def _fault(fields: list[str]) -> str:
             return f"unknown phone '{phone}'; {hint}"
         if phone.upper() not in _WRITTEN:
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
-    if word.lower() == "stop" and " ".join(fields[1:]).upper() not in _STOP:
+    said = " ".join(fields[1:]).upper()
+    if word.lower() == "stop" and said not in _STOP:
         return f"'stop' must stay {' or '.join(_STOP)}, or nobody could stop the robots"
+    if word.lower() != "stop" and said.replace("0", "1").replace("2", "1") in _STOP:
+        return f"'{fields[0]}' would sound like 'stop', and halt every robot"
     return ""

@@ -310,6 +310,14 @@ def test_an_own_lexicon_does_not_change_stop(tmp_path: Path) -> None:
         Lexicon.load(own)
 
 
+@pytest.mark.parametrize("line", ["staff S T AA1 P", "stub(2) s t ao2 p"])
+def test_no_other_word_of_an_own_lexicon_sounds_like_stop(tmp_path: Path, line: str) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text(f"stopped S T AA1 P T\n{line}\n")
+    with pytest.raises(ConfigError, match=r"own\.txt:2: '[^']+' would sound like 'stop', and halt every robot"):
+        Lexicon.load(own)
+
+
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00rob"])
 def test_an_unreadable_lexicon_is_named(tmp_path: Path, content: bytes | None) -> None:
     own = tmp_path / "own.txt"
