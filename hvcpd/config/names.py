@@ -38,8 +38,10 @@ _UNDECOMPOSED = str.maketrans(
     | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
 )
 """Latin letters that Unicode does not take apart into a plain letter and a mark, and typographic punctuation."""
-_MISTAKEN = str.maketrans({"№": "No.", "™": None, "º": "°", "˚": "°"})
-"""Signs that Unicode would take for letters or nothing: No 5, RobTM, 20 oC."""
+_MISTAKEN = str.maketrans({"№": "No.", "™": None, "º": "°", "˚": "°", "´": "'", "`": "'", "ʼ": "'"})
+"""Signs that Unicode would take for letters or nothing: No 5, RobTM, 20 oC, don t."""
+_SILENT = ("Mn", "Cf")
+"""Unicode's categories of accents and of what shows no sign, such as a soft hyphen or the mark that begins a file."""
 
 CONTRACTED = {"can't": "cannot", "won't": "will not"}
 """Contractions whose first word changes, and their full words."""
@@ -51,9 +53,10 @@ _WORD = re.compile(r"[a-z]+")
 
 
 def plain_letters(text: str) -> str:
-    """The text with Latin letters in their plain form: Łódź is Lodz, Straße Strasse, café cafe. Other scripts stay."""
+    """The text with Latin letters in their plain form: Łódź is Lodz, Straße Strasse, café cafe. Other scripts stay, and
+    signs that do not show are left out."""
     decomposed = unicodedata.normalize("NFKD", text.translate(_MISTAKEN)).translate(_UNDECOMPOSED)
-    return "".join(c for c in decomposed if not unicodedata.combining(c))
+    return "".join(c for c in decomposed if unicodedata.category(c) not in _SILENT)
 
 
 def valid_robot_name(name: str) -> str | None:

@@ -13,8 +13,8 @@ _UNSAYABLE = re.compile(
 )
 """Numbers whose minus sign, point or comma would get lost, or whose zero (8:61:05); 90s, which may be seconds or years;
 all but letters, digits, and the punctuation that a reader passes over."""
-_INCHES = re.compile('[^"]*[0-9](")')
-"""A quotation mark that ends no quotation, and would get lost."""
+_FEET_OR_INCHES = re.compile(r"""[^"]*[0-9](?=")|(?:[^']|(?<=[A-Za-z])'|(?<=[0-9])'(?=\w))*[0-9](?='(?!\w))""")
+"""A quotation mark after it ends no quotation, and would get lost."""
 
 _UNITS = {
     "mm": "millimetre", "cm": "centimetre", "m": "metre", "km": "kilometre", "mg": "milligram", "g": "gram",
@@ -23,13 +23,16 @@ _UNITS = {
     "mAh": "milliamp hour", "Ah": "amp hour", "W": "watt", "kW": "kilowatt", "Wh": "watt hour",
     "kWh": "kilowatt hour", "dB": "decibel", "kB": "kilobyte", "MB": "megabyte", "GB": "gigabyte", "lb": "pound",
     "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "cL": "centilitre", "dl": "decilitre",
-    "dL": "decilitre", "hPa": "hectopascal", "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard",
-    "sec": "second", "secs": "second", "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon",
-    "tbsp": "tablespoon", "pcs": "piece", "TB": "terabyte",
+    "dL": "decilitre", "hPa": "hectopascal", "kPa": "kilopascal", "yd": "yard", "sec": "second", "hr": "hour",
+    "wk": "week", "yr": "year", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece", "TB": "terabyte",
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""
-_NAMES = {symbol: (name, f"{name}s") for symbol, name in _UNITS.items()} | {
+_NAMES = {
+    written: (name, f"{name}s")
+    for symbol, name in _UNITS.items()
+    for written in (symbol, *((f"{symbol}s",) if symbol.islower() and len(symbol) > 1 else ()))
+} | {
     "ft": ("foot", "feet"),
     "Hz": ("hertz", "hertz"),
     "kHz": ("kilohertz", "kilohertz"),
@@ -60,8 +63,9 @@ _CALENDAR = {
 _DATES = "|".join(sorted(_CALENDAR, key=len)[::-1])
 _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] ))({_DATES})\b\.?")
 """A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
-_WEEK = re.compile(rf"\b({_DATES}) ?[–—-] ?({_DATES})\b")
-"""Mon-Fri, where no number is needed."""
+_DAY = "(?:Mon|Tues?|Wed|Thu(?:rs?)?|Fri|Sat|Sun)"
+_WEEK = re.compile(rf"\b(?:{_DATES}) ?[–—-] ?(?:{_DATES})\b|\b{_DAY}(?:\.?(?:,? +(?:and|or|to|&) +|, *){_DAY}\b)+")
+"""Mon-Fri, or "Mon, Wed and Fri", where no number is needed."""
 _ON_DAY = re.compile(
     r"\b((?i:on|every|each|next|until|till|since)) (Mon|Tue|Wed|Thu|Fri|Sat|Sun)(?:(?<=Tue)s|(?<=Thu)rs?)?\b\.?"
 )
@@ -71,14 +75,16 @@ _NTH = r"\d(?:st|nd|rd|th)\b"
 _DAYS = re.compile(rf"(\d|{_NTH}|{_LONG}) ?[–—-] ?(?=(?:{_LONG}) \d|\d{{1,2}} (?:{_LONG})|\d{{0,3}}{_NTH})")
 """The dash between two dates, or two ordinals."""
 
-_TIME = r"(?::\d\d)?(?: ?(?i:[ap]m))?"
+_TIME = r"(?::\d\d)?(?: ?(?i:[ap]m|[ap]\.m\.))?"
 _UNITED = f" ?(?:{'|'.join(map(re.escape, sorted(_NAMES, key=len)[::-1]))})"
 _END = r"(\d{1,4}(?:\.\d{1,2})?)"
 _RANGE = re.compile(
     rf"(?<![\w.,:/–—-])(?<![–—-] ){_END}({_TIME}|{_UNITED})(?:[–—-]| [–—-] ){_END}({_TIME})"
     r"(?![\d.,:/–—-]*\d|[–—-]| [–—-] ?\d)"
 )
-_CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?: ?h(?:rs)?\b)?(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE
+)
 _DOTTED = re.compile(r"(?<![\d.,:])(\d{1,2})\.(?=[0-5]\d(?:[–—-]\d{1,2}\.[0-5]\d)? ?[ap]\.? ?m\b)", re.IGNORECASE)
 """A British time of day, 3.05 pm."""
 _GLUED = re.compile(r"(?<![\w-])(?![2-9]0s\b)(\d+(?:\.\d+)?)(?!(?i:st|nd|rd|th)\b)(?=[A-Za-z]+\b)")
@@ -92,8 +98,12 @@ _MANY = {"10": "tens", "100": "hundreds", "1000": "thousands"}
 _SO_MANY = re.compile(r"(?<![\w.,-])(10|100|1000)s(?= of\b)")
 _GROUPED = re.compile(r"(?<=\d) (?=000\b)")
 """Thousands apart, as 20 000; not 2 500 ml, which may be two bottles."""
-_HOURS = re.compile(r"(?<![\w.,:–—-])(\d{1,2})h([0-5]\d)(?:m|min)?\b")
-"""1h30 and 1h30min."""
+_HOURS = re.compile(r"(?<![\w.,:–—-])(\d{1,2})(?: ?h ?(?=\d\d? ?m(?:in)?\b)|h)([0-5]?\d)(?: ?m(?:in)?)?\b")
+"""1h30, 1h30min and 1 h 5 m, where the m are no metres."""
+_MINUTES = re.compile(r"(?<![\d.,:–—-])(\d{1,3}) ?m(?:in)? ?([0-5]?\d) ?s\b")
+"""5m 30s, where they are none either."""
+_ADJECTIVE = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)-({'|'.join(filter(str.isalpha, _NAMES))})(?=[ -][a-z])")
+"""A 10-m rope."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
 _UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
 _DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
@@ -124,6 +134,11 @@ _ADDRESS = re.compile(
 )
 """Of a person, a site or a file: elsewhere a point between letters ends a sentence."""
 _SAID_IN_ADDRESSES = {"@": " at ", ".": " dot ", "-": " dash ", "_": " underscore "}
+
+
+def _week(found: re.Match[str]) -> str:
+    days = re.sub(rf"\b({_DATES})\b\.?", lambda day: _CALENDAR[day[1]], found[0])
+    return re.sub(" ?[–—-] ?", " to ", days)
 
 
 def _address(found: re.Match[str]) -> str:
@@ -181,7 +196,7 @@ _WORDS: tuple[_Replacement, ...] = (
     (_ROMAN, _roman),
     (_ADDRESS, _address),
     (_ON_DAY, lambda found: f"{found[1]} {_CALENDAR[found[2]]}"),
-    (_WEEK, lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}"),
+    (_WEEK, _week),
 )
 """What is written in letters, and the words of it, in the order in which it is replaced."""
 _NUMBERS: tuple[_Replacement, ...] = (
@@ -193,9 +208,11 @@ _NUMBERS: tuple[_Replacement, ...] = (
     (_DATE, lambda found: _CALENDAR[found[1] or found[2]]),
     (_DAYS, r"\1 to "),
     (_DOTTED, r"\1:"),
+    (_MINUTES, r"\1 min \2 s"),
+    (_HOURS, r"\1 h \2 min"),
+    (_ADJECTIVE, lambda found: f"{found[1]} {_NAMES[found[2]][0]}"),
     (_RANGE, _range),
     (_CLOCK, _time),
-    (_HOURS, r"\1 h \2 min"),
     (_GLUED, r"\1 "),
     (_UNIT, _quantity),
 )
@@ -227,5 +244,5 @@ def unsayable(text: str) -> str | None:
     raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
     plain = plain_letters(text)
     found = _UNSAYABLE.search(read_out(plain))
-    inches = _INCHES.match(plain)
-    return raised or (found and found[0]) or (inches and inches[1])
+    marked = _FEET_OR_INCHES.match(plain)
+    return raised or (found and found[0]) or (marked and plain[marked.end()])

@@ -36,6 +36,8 @@ BOOK = Phrasebook(
         ("Hi all, I am Rob, report, I have stopped, battery eleven and a half volts", None),
         ("Who's here?", "Who is here"),
         ("whos here", "Who is here"),
+        ("Who´s here", "Who is here"),
+        ("\N{ZERO WIDTH NO-BREAK SPACE}Rob, stop", "Rob stop"),
         ("whats left", "What is left"),
         ("Hi Rob, im Zoe, stop", "Hi Rob, I am Zoe, stop"),
         ("What're you doing", None),
@@ -62,7 +64,10 @@ def test_a_team_may_spell_its_tasks_as_americans_do() -> None:
     assert book.write(book.parse_text("Hi, I'm Rob, open the centre door")) == "Hi, I am Rob, open the center door"
 
 
-@pytest.mark.parametrize("typed", ["Rob, move back 1.5 metres", "Rob, move back -1 m", "Rob, move forward 2 feet"])
+@pytest.mark.parametrize(
+    "typed",
+    ["Rob, move back 1.5 metres", "Rob, move back -1 m", "Rob, move back \N{EN DASH}1 m", "Rob, move forward 2 feet"],
+)
 def test_what_means_something_else_is_refused(typed: str) -> None:
     with pytest.raises(PhraseError):
         BOOK.parse_text(typed)

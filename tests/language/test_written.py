@@ -95,6 +95,25 @@ from hvcpd.language.words import spoken_words
         ("www.my-robots.co.uk, notes.txt", "www dot my dash robots dot co dot uk notes dot txt"),
         ("it is there.then go", "it is there then go"),
         ('"room 5" and 6', "room five and six"),
+        ("'room 5' and 6, the 60's, 6'2", "room five and six the sixties 6'2"),
+        ("5 kgs, 10kms, 2 yrs, 1 wk", "five kilograms ten kilometres two years one week"),
+        ("a 10-m rope, the 1.5-l pots, 40-ft-pole", "a ten metre rope the one point five litre pots forty foot pole"),
+        ("a 10-15-min walk to 5-A", "a ten to fifteen minute walk to five a"),
+        (
+            "8h 30m, 8 h 5 min, 1h30m15s",
+            "eight hours thirty minutes eight hours five minutes one hour thirty minutes fifteen seconds",
+        ),
+        (
+            "2m 30s, 2 m 10 cm, 10 h 5 mm",
+            "two minutes thirty seconds two metres ten centimetres ten hours five millimetres",
+        ),
+        ("5 p.m. - 7 p.m., 9-10 a.m.", "five p m to seven p m nine to ten a m"),
+        ("20:00 h, 8:00\N{EN DASH}9:30 hrs", "twenty hundred eight o'clock to nine thirty"),
+        (
+            "Mon, Wed and Fri, Sat & Sun, Tue to Thurs",
+            "monday wednesday and friday saturday and sunday tuesday to thursday",
+        ),
+        ("don´t, don`t, donʼt, re\N{SOFT HYPHEN}use\N{ZERO WIDTH SPACE}", "don't don't don't reuse"),
     ],
 )
 def test_what_is_written_is_read_out(written: str, said: str) -> None:
@@ -118,6 +137,7 @@ def test_what_is_written_is_read_out(written: str, said: str) -> None:
         "$5 - $10",
         "wait 90s",
         '5" pipe',
+        "Rob's 6' ladder",
     ],
 )
 def test_what_could_be_misread_is_refused(written: str) -> None:
@@ -137,13 +157,35 @@ def test_a_teams_sentence_is_typed_as_it_is_written(remark: str) -> None:
     assert book.phrases(typed)[-1] == spoken_words(remark)
 
 
-@pytest.mark.parametrize("number", ["-1", "1.5", "1-3", "100", "5 m", "5%", "5 am"])
+@pytest.mark.parametrize("number", ["-1", "\N{EN DASH}1", ".1", "-.1", "1.5", "1-3", "100", "5 m", "5%", "5 am"])
 def test_no_other_quantity_is_taken_for_a_tasks_number(number: str) -> None:
     with pytest.raises(PhraseError):
         Phrasebook(Vocabulary(("Rob",))).parse_text(f"Hi all, I am Rob, I will complete task {number}")
 
 
-@pytest.mark.parametrize("part", ["9", "1.", "1:", "1-", "1-2,", "$1.", "1 - ", "a.", "a@", "mid-", "V ", "1 000"])
+@pytest.mark.parametrize(
+    "part",
+    [
+        "9",
+        "1.",
+        "1:",
+        "1-",
+        "1-2,",
+        "$1.",
+        "1 - ",
+        "1'",
+        "a'",
+        "1 m ",
+        "1h",
+        "1-m ",
+        "Mon, ",
+        "a.",
+        "a@",
+        "mid-",
+        "V ",
+        "1 000",
+    ],
+)
 def test_a_long_text_takes_a_time_in_proportion(part: str) -> None:
     unsayable(part * 100_000)  # 44 s, where each digit began a search to the end of its number
     assert spoken_words(part * 1000)
