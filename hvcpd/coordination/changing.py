@@ -18,7 +18,7 @@ from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_al
 from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import NEWCOMER, Trigger
+from hvcpd.coordination.states import DEPARTING, NEWCOMER, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
@@ -34,6 +34,8 @@ RUMOUR_S = 240.0
 def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
     """Change a task, and tell the others. Returns why this is impossible, or None."""
     entry = me.board.find(m.TaskByNumber(number))
+    if me.state in DEPARTING:
+        return f"{me.role.name} is leaving"
     if entry is None:
         known = ", ".join(str(each.number) for each in me.board.entries())
         return f"there is no task {number}; the tasks are {known}"

@@ -37,6 +37,17 @@ def test_leaving_is_announced_and_frees_the_task_at_once() -> None:
     assert ended_s - told_s < 150.0, "no lease of 240 s was waited for"
 
 
+def test_who_leaves_takes_no_change_of_which_it_could_tell_nobody() -> None:
+    """The command said that the task is done again, and nobody did it."""
+    mission = Mission(("Rob", "Bot"), plants(1), seed=4)
+    mission.run()
+    mission.leave("Rob")
+    rob, now = mission.robots["Rob"], mission.air.now
+    assert rob.change(1, False, now) == "Rob is leaving"
+    assert rob.board.all_done
+    assert mission.robots["Bot"].change(1, False, now) is None
+
+
 def test_what_is_finished_is_reported_before_leaving() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), seed=4)
     task = _until_rob_is_at_work(mission)
