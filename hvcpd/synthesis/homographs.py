@@ -7,6 +7,7 @@ after "have" comes a participle ("i have read"). Lexicon entries may carry such 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from enum import Enum
 
@@ -39,7 +40,8 @@ _NOUN_FOLLOWS = frozenset(
 _PAST_FOLLOWS = frozenset(
     "be been being got i'm i've you're you've he's she's it's we're we've they're they've that's there's who's".split()
 )
-_NOUN_LIKELY = frozenset("many few several so as keep come get make take".split())
+_MAKING = frozenset("keep come get make take".split())
+_NOUN_LIKELY = _MAKING | frozenset("many few several so as".split())
 """As above, but before an object the word is a verb nevertheless: "come close" beside "come close the door"."""
 _PLACES = {
     **_AUXILIARIES,
@@ -55,6 +57,10 @@ _OBJECT_BEGINS = frozenset(
 """What stands before one of these, and not right after an article, is a verb: "the robots use the water"."""
 NOUN_PHRASE_WORDS = 3
 """Words after an article that still belong to its noun: "the old lead pipe"."""
+_PLURAL = re.compile("[a-z]{2,}[^'sui]s")
+"""A noun that ends the phrase of its article, as nouns before another one have no plural: "the robots use water"."""
+_NO_VERB_AFTER = _MAKING | {word for word, place in _AUXILIARIES.items() if place is Place.PAST}
+"""Words that leave the one after a plural an adjective: "keep the bins separate", "are the doors close"."""
 
 
 def place_in(words: Sequence[str], number: int) -> Place | None:
@@ -71,6 +77,8 @@ def place_in(words: Sequence[str], number: int) -> Place | None:
     verb = Place.VERB if after in _OBJECT_BEGINS else None
     for distance, word in enumerate(reversed(before), start=1):
         place = _PLACES.get(word)
+        if place is Place.NOUN and distance == 2 and _PLURAL.fullmatch(before[-1]):
+            verb = verb if _NO_VERB_AFTER.intersection(before) else Place.VERB
         if place is Place.NOUN and distance <= NOUN_PHRASE_WORDS:
             return place if distance == 1 and word not in _NOUN_LIKELY else verb or place
         if place is not None:

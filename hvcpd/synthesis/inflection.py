@@ -41,20 +41,20 @@ def derive(
         known = listed(stem) if len(stem) >= SHORTEST_STEM else ()
         if not known:
             continue
-        of_stem = places.get(stem, {})
-        taking = [phones for phones in known if not of_stem or phones in _that_take(ending, of_stem)] or known
-        by_place = {
-            p: with_ending(of_stem[p], ending) for p in (Place.NOUN, Place.VERB) if ending == "s" and p in of_stem
-        }
+        takes = _that_take(ending, places.get(stem, {}))
+        taking = [phones for phones in known if phones in takes.values()] or known
         said = (with_ending(phones, ending) for phones in taking)
+        by_place = {place: with_ending(phones, ending) for place, phones in takes.items()} if ending == "s" else {}
         return Derived(tuple(dict.fromkeys(said)), by_place)
     return None
 
 
-def _that_take(ending: str, of_stem: Mapping[Place, Pronunciation]) -> list[Pronunciation]:
-    """Pronunciations that take an ending: of "wind" only the verb is "winding"; "reads" is never the participle."""
-    found = [of_stem[place] for place in (Place.VERB, Place.NOUN) if place in of_stem]
-    return found if ending == "s" else found[:1]
+def _that_take(ending: str, of_stem: Mapping[Place, Pronunciation]) -> dict[Place, Pronunciation]:
+    """Pronunciations that take an ending: of "wind" only the verb is "winding"; "reads" is never the participle, nor
+    "LEDs" a form of the verb "led"."""
+    is_past = of_stem.get(Place.VERB) == of_stem.get(Place.PAST)
+    places = [at for at in (Place.VERB, Place.NOUN) if at in of_stem and not (is_past and at is Place.VERB)]
+    return {at: of_stem[at] for at in (places if ending == "s" else places[:1])}
 
 
 def _stems(word: str) -> Iterator[tuple[str, str]]:

@@ -114,8 +114,7 @@ class Lexicon:
         for spelling in american_spellings(word) if form is None else ():
             if american := self.listed(spelling):
                 return Entry(american, Origin.SPELLING, self.places.get(spelling, {}))
-        spellings = (word, *american_spellings(word))
-        form = form or next(filter(None, (derive(each, self.listed, self.places) for each in spellings)), None)
+        form = form or derive(word, self._in_either_spelling, self.places)
         if form is not None:
             return Entry(form.said, Origin.FORM, form.places)
         if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
@@ -128,6 +127,9 @@ class Lexicon:
     def listed(self, word: str) -> tuple[Pronunciation, ...]:
         """The pronunciations of a word that a lexicon or the dictionary has; empty of any other."""
         return self._otherwise(word.lower()) or self.dictionary.look_up(word.lower())
+
+    def _in_either_spelling(self, word: str) -> tuple[Pronunciation, ...]:
+        return next(filter(None, map(self.listed, (word, *american_spellings(word)))), ())
 
     def _otherwise(self, word: str) -> tuple[Pronunciation, ...]:
         """As `listed`, of words that are said otherwise than in the dictionary: so are their forms."""
