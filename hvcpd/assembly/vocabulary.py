@@ -131,9 +131,10 @@ def check(
     quick start, leaves out what no change of a single task, team or robot's name would mend.
     """
     counts_as = {phrase: word for word, phrases in book.alternatives.items() for phrase in phrases}
-    pairs = tuple(pair for pair in _pairs(book, sound) if not _is_same(pair, counts_as))
+    pairs = tuple(_pairs(book, sound))
     if chosen_only:
-        pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or counts_as.keys() & set(pair))
+        pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or not counts_as.keys().isdisjoint(pair))
+    pairs = tuple(pair for pair in pairs if not _is_same(pair, counts_as))
     voices = tuple({sound.voice_of(name): None for name in names})
     spoken = {word: sound.lexicon.pronunciations(word) for word in book.heard_graph.words}
     content = f"{_recipe()} {counts_as!r} {pairs!r} {voices!r} {sorted(spoken.items())!r}"
@@ -153,8 +154,8 @@ def _pairs(book: Phrasebook, sound: Sound) -> Iterator[Pair]:
     """What can be taken for one another: competing phrases, and commands for what sounds like them, wherever it is."""
     yield from competing_phrases(book.heard_graph)
     own = sorted({*book.heard_graph.words} - FIXED_WORDS)
-    commands = (((command,), (word,)) for word in own for command in sorted(SAFETY_WORDS))
-    yield from (pair for pair in commands if _may_sound_the_same(pair, sound))
+    said = {word: set(sound.lexicon.sounds(word)) for word in {*own, *SAFETY_WORDS}}
+    yield from (((command,), (word,)) for word in own for command in sorted(SAFETY_WORDS) if said[command] & said[word])
 
 
 def _is_same(pair: Pair, counts_as: Mapping[Phrase, str]) -> bool:
@@ -172,9 +173,8 @@ def _of_alternative(c: Confusion, counts_as: Mapping[Phrase, str]) -> Confusion:
 
 def _is_chosen(first: Phrase, second: Phrase) -> bool:
     """Whether a team chose a word of both phrases, or the one word that one of them is."""
-    chosen = [any(word not in FIXED_WORDS for word in phrase) for phrase in (first, second)]
-    alone = [len(phrase) == 1 for phrase in (first, second)]
-    return all(chosen) or (chosen[0] and alone[0]) or (chosen[1] and alone[1])
+    chosen = [phrase for phrase in (first, second) if not FIXED_WORDS.issuperset(phrase)]
+    return len(chosen) == 2 or any(len(phrase) == 1 for phrase in chosen)
 
 
 def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple[Confusion, ...]:

@@ -11,6 +11,7 @@ import dataclasses
 import math
 from collections import abc
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
@@ -185,13 +186,19 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
 
     def dataclass_hook(cls: Any) -> Callable[[Any, Any], Any]:
         fields = dataclasses.fields(cls)
-        checks: dict[str, Any] = {
-            field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
-            for field in fields
-            if _CHECK in field.metadata
-        }
-        inner, known = make_dict_structure_fn(cls, converter, **checks), ", ".join(field.name for field in fields)
-        return _of_group(lambda value: inner(value, cls), f" ({known})", "key: value")
+
+        @cache  # made for the groups that a document has: to make those of all settings takes longer than to read them
+        def inner() -> Callable[[Any, Any], Any]:
+            checks: dict[str, Any] = {
+                field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
+                for field in fields
+                if _CHECK in field.metadata
+            }
+            return make_dict_structure_fn(cls, converter, **checks)
+
+        return _of_group(
+            lambda value: inner()(value, cls), f" ({', '.join(field.name for field in fields)})", "key: value"
+        )
 
     def tuple_hook(value: Any, type_: Any) -> Any:
         if not isinstance(value, list):

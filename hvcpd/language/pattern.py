@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import takewhile
 from typing import NamedTuple
 
@@ -111,6 +111,7 @@ class Parts(NamedTuple):
     needed_words: frozenset[str] = frozenset()
 
 
+@cache  # the forms have the same openings and endings
 def parts_of(node: Node) -> Parts:
     """What is below a node."""
     match node:
