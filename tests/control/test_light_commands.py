@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hvcpd.control.cli import main
 from tests.control.obliging import obliging_robot
 
 HEAVY = (
@@ -42,3 +43,17 @@ def test_a_command_that_only_asks_a_robot_loads_nothing_heavy(words: tuple[str, 
         environment = {**os.environ, **environment}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout.splitlines()[-1] == "0 []"
+
+
+def test_errors_in_the_settings_are_told_where_no_robot_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text(f"mdoe: follow\nname: Rob\ncontrol: {{socket: {tmp_path}/bot.sock}}\n")
+    assert main(["stop", "--config", str(config)]) == 3
+    assert f"note: the settings have errors ({config}:1: unknown key 'mdoe'" in capsys.readouterr().err
+    with obliging_robot(tmp_path) as environment:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+        config.write_text("mdoe: follow\nname: Rob\nstate_dir: .\n")
+        assert main(["stop", "--config", str(config)]) == 0
+    assert capsys.readouterr().err == ""
