@@ -8,7 +8,7 @@ remaining tasks, and is then told. So all robots reach the same state, whichever
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from hvcpd.config.tasks import TaskDefinition
@@ -29,6 +29,21 @@ SPREAD_S = 30.0
 """Before the next repetition: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubles each time."""
 RUMOUR_S = 240.0
 """For this long a change that was heard once waits to be heard again: longer than robots repeat it."""
+
+
+def remember(me: Knowledge, changes: Mapping[int, tuple[int, bool]], now: float) -> None:
+    """Take the last changes over that this robot knew when it was switched off: perhaps nobody else has heard of
+    one."""
+    for number, (count, skipped) in changes.items():
+        entry = me.board[number]
+        if not (count or skipped):
+            continue  # it has taken the place of another task, and nobody has changed it since
+        me.board.change(number, count, skipped)
+        if entry.recurs:  # it may have been due since then
+            entry.is_changed, entry.change = False, 0
+        elif not entry.known_done:
+            entry.is_due = True
+            me.spreading[number] = now, 1
 
 
 def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:

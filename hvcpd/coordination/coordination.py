@@ -82,12 +82,7 @@ class Coordination:
         right_of_way.take_places(me, places, now)
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s
-        for number, (count, skipped) in (changes or {}).items():
-            if not (count or skipped):
-                continue  # it has taken the place of another task, and nobody has changed it since
-            board.change(number, count, skipped)
-            if board[number].definition.every is not None:  # it may have been due since then
-                board[number].is_changed, board[number].change = False, 0
+        changing.remember(me, changes or {}, now)
         board.changed.clear()  # nothing has just been done
         me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))

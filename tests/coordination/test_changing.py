@@ -221,6 +221,24 @@ def test_what_was_left_out_is_not_taken_for_a_task_that_was_added_under_its_numb
     assert mission.watered == {1: 1, 2: 1}
 
 
+@pytest.mark.parametrize("unable", [frozenset(), frozenset({2})])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_wanted_of_one_that_was_switched_off_before_others_heard_it_is_done(
+    seed: int, unable: frozenset[int]
+) -> None:
+    """The others told it that nothing is left, and it believed them."""
+    mission = Mission(("Rob", "Bot"), plants(2), seed=seed, unable={"Rob": unable})
+    run_until(mission, AGAIN_S)
+    mission.air.misses = lambda listener, _: listener == "Bot"
+    assert mission.robots["Rob"].change(2, False, AGAIN_S) is None
+    mission.air.refresh()
+    mission.air.run_until(AGAIN_S + 15.0)
+    mission.fail(Outage("Rob", mission.air.now, 20.0))
+    mission.air.misses = lambda *_: False
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 2}
+
+
 def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission = Mission(("Rob",), plants(3), seed=1)
     rob = mission.robots["Rob"]
