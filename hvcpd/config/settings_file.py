@@ -15,7 +15,7 @@ from hvcpd.config.names import NameCheck, NameCheckBy, repeated_names
 from hvcpd.config.settings import DEFAULT_NAMES, Settings
 from hvcpd.config.skill_settings import SkillSettings, runnable
 from hvcpd.config.sources import Sourced, overlay_environment, sources_of
-from hvcpd.config.whereabouts import FILE_VARIABLE, STAND_IN_NAME, SYSTEM_SETTINGS_PATH, absolute
+from hvcpd.config.whereabouts import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, absolute, settings_file
 from hvcpd.errors import did_you_mean
 
 DEFAULT = object()
@@ -56,10 +56,7 @@ def load_with_sources(
     `reserved` is the phrasebook's check of names. File names in the file are relative to its directory. Raises
     ConfigError with every fault.
     """
-    if path is None and environment.get(FILE_VARIABLE):
-        path = Path(environment[FILE_VARIABLE])
-    if path is None and _is_there(system_path):
-        path = system_path
+    path = settings_file(path, environment, system_path)
     document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
     overlay_environment(document, Settings, environment)
     for key, value in (overrides or {}).items():
@@ -105,14 +102,6 @@ def _check_wheels(parts: Parts) -> None:
     if left_id is not None and left_id == right_id:
         text = f"both wheels have the identifier {left_id}; give each motor its own"
         parts.fault(right if parts.has(right) else left, text)
-
-
-def _is_there(path: Path) -> bool:
-    """Whether there is a file, also if this user may not look: reading it then says so."""
-    try:
-        return path.exists()
-    except OSError:
-        return True
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:

@@ -42,6 +42,8 @@ class Whereabouts:
     name: str | None
     state_dir: Path
     socket: Path | None
+    fault: str | None = None
+    """Why the file could not be read, if it could not."""
 
     @property
     def memory_path(self) -> Path:
@@ -56,11 +58,11 @@ def memory_path(state_dir: Path, name: str) -> Path:
 
 def whereabouts(path: Path | None, name: str | None, environment: Mapping[str, str] = os.environ) -> Whereabouts:
     """What the settings of `path`, or of the usual file, tell, as far as they can be read; `name` precedes theirs."""
-    path = path or Path(environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH)
+    path, fault, document = settings_file(path, environment), None, Document(Place("settings"))
     try:
-        document = parse(read_bytes(path), str(path))
-    except ConfigError:
-        document = Document(Place(str(path)))
+        document = parse(read_bytes(path), str(path)) if path is not None else document
+    except ConfigError as error:
+        fault = str(error)
     for variable, key in _VARIABLES.items():
         if (value := environment.get(variable)) is not None:
             document.overlay(key, None if (key, value) == (_SOCKET, "null") else value, variable)
@@ -76,7 +78,20 @@ def whereabouts(path: Path | None, name: str | None, environment: Mapping[str, s
             return absolute(Path(found), document, key, path) if (found := text(*key)) else None
         return None
 
-    return Whereabouts(name or text("name"), file("state_dir") or STATE_DIR, file(*_SOCKET))
+    return Whereabouts(name or text("name"), file("state_dir") or STATE_DIR, file(*_SOCKET), fault)
+
+
+def settings_file(
+    path: Path | None, environment: Mapping[str, str], system_path: Path = SYSTEM_SETTINGS_PATH
+) -> Path | None:
+    """The file that is read: `path`, or the one that FILE_VARIABLE names, or `system_path` if it is there, also if this
+    user may not look: reading it then says so."""
+    if path is not None or environment.get(FILE_VARIABLE):
+        return path or Path(environment[FILE_VARIABLE])
+    try:
+        return system_path if system_path.exists() else None
+    except OSError:
+        return system_path
 
 
 def absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:

@@ -56,4 +56,9 @@ def test_errors_in_the_settings_are_told_where_no_robot_is_found(
         monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
         config.write_text("mdoe: follow\nname: Rob\nstate_dir: .\n")
         assert main(["stop", "--config", str(config)]) == 0
-    assert capsys.readouterr().err == ""
+        assert capsys.readouterr().err == ""
+        config.write_text("\t: [")
+        assert main(["stop", "--config", str(config), "--socket", str(tmp_path / "rob.sock")]) == 0
+        monkeypatch.setenv("HVCPD_STATE_DIR", str(tmp_path))
+        assert main(["stop", "--config", str(config)]) == 0
+    assert f"note: the settings have errors ({config}:1: not valid YAML" in capsys.readouterr().err

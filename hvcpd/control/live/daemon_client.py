@@ -192,12 +192,12 @@ def _raise_refusal(reply: Mapping[str, Any]) -> None:
 def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
     """The daemon that the options and settings mean; without a name the only one there is.
 
-    Where none is found, errors in the settings are `noted` on standard error. Raises NotRunningError, NotAllowedError,
-    and ConfigError where several run and none was named.
+    Errors in the settings are `noted` on standard error where none is found, and where they cannot be read. Raises
+    NotRunningError, NotAllowedError, and ConfigError where several run and none was named.
     """
     if options.socket is not None:
         return _at(options.socket, options.name)
-    return daemon_at(meant(options), options, noted=noted)
+    return daemon_at(meant(options, noted=noted), options, noted=noted)
 
 
 def daemon_at(where: Whereabouts, options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
@@ -205,7 +205,7 @@ def daemon_at(where: Whereabouts, options: argparse.Namespace, *, noted: bool = 
     try:
         return _daemon_at(where, options)
     except (NotRunningError, ConfigError):
-        if noted:
+        if noted and where.fault is None:
             _note_errors(options)
         raise
 
@@ -247,7 +247,7 @@ def sockets_here(where: Whereabouts) -> list[Path]:
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked. Who goes on without it tells of errors in the
     settings."""
-    where = meant(options)
+    where = meant(options, noted=False)
     own = where.socket if (where.name or STAND_IN_NAME).lower() == name.lower() else None
     paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(where.state_dir)]
     for path in paths:
@@ -265,9 +265,12 @@ def running_robot(name: str, options: argparse.Namespace) -> str | None:
         return daemon.name
 
 
-def meant(options: argparse.Namespace) -> Whereabouts:
+def meant(options: argparse.Namespace, *, noted: bool = True) -> Whereabouts:
     """Of the robot that the options and settings name."""
-    return whereabouts(options.config, getattr(options, "name", None))
+    where = whereabouts(options.config, getattr(options, "name", None))
+    if noted and where.fault is not None:
+        _note(where.fault)
+    return where
 
 
 def _note_errors(options: argparse.Namespace) -> None:
@@ -277,7 +280,11 @@ def _note_errors(options: argparse.Namespace) -> None:
     try:
         load_with_sources(options.config, {"name": getattr(options, "name", None)}, name_needed=False)
     except ConfigError as error:
-        sys.stderr.write(f"hvcpctl: note: the settings have errors ({str(error).splitlines()[0]})\n")
+        _note(str(error))
+
+
+def _note(errors: str) -> None:
+    sys.stderr.write(f"hvcpctl: note: the settings have errors ({errors.splitlines()[0]})\n")
 
 
 def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:
