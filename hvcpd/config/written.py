@@ -28,11 +28,7 @@ _UNITS = {
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""
-_NAMES = {
-    written: (name, f"{name}s")
-    for symbol, name in _UNITS.items()
-    for written in (symbol, *((f"{symbol}s",) if symbol.islower() and len(symbol) > 1 else ()))
-} | {
+_BOTH = {symbol: (name, f"{name}s") for symbol, name in _UNITS.items()} | {
     "ft": ("foot", "feet"),
     "Hz": ("hertz", "hertz"),
     "kHz": ("kilohertz", "kilohertz"),
@@ -42,13 +38,24 @@ _NAMES = {
     "°": ("degree", "degrees"),
     "°C": ("degree celsius", "degrees celsius"),
     "°F": ("degree fahrenheit", "degrees fahrenheit"),
-    "m/s": ("metre per second", "metres per second"),
-    "km/h": ("kilometre per hour", "kilometres per hour"),
     "mph": ("mile per hour", "miles per hour"),
     "psi": ("p s i", "p s i"),
     "£": ("pound", "pounds"),
 }
 """Of one, and of more."""
+_ONE_CASE = frozenset("ms mA mV Ah Wh".split())
+"""Symbols that mean something else in other letters, or are words."""
+
+
+def _as_written(symbol: str) -> set[str]:
+    """A symbol as people write it, too: 5 kgs, 5 Kg, 5 KG, 5 khz."""
+    if len(symbol) == 1 or not symbol.isalpha() or symbol in _ONE_CASE:
+        return {symbol}
+    small = {symbol, f"{symbol}s"} if symbol.islower() else {symbol, symbol.lower()}
+    return small | {each.upper() for each in small} | ({each.title() for each in small} if symbol.islower() else set())
+
+
+_NAMES = {written: names for symbol, names in _BOTH.items() for written in sorted(_as_written(symbol))} | _BOTH
 
 _CALENDAR = {
     name[:letters]: name
@@ -76,7 +83,8 @@ _DAYS = re.compile(rf"(\d|{_NTH}|{_LONG}) ?[–—-] ?(?=(?:{_LONG}) \d|\d{{1,2}
 """The dash between two dates, or two ordinals."""
 
 _TIME = r"(?::\d\d)?(?: ?(?i:[ap]m|[ap]\.m\.))?"
-_UNITED = f" ?(?:{'|'.join(map(re.escape, sorted(_NAMES, key=len)[::-1]))})"
+_SYMBOL = r"[A-Za-z]+|[%°$€£][CF]?"
+_UNITED = f" ?(?:{_SYMBOL})(?:/[A-Za-z]+)?"
 _END = r"(\d{1,4}(?:\.\d{1,2})?)"
 _RANGE = re.compile(
     rf"(?<![\w.,:/–—-])(?<![–—-] ){_END}({_TIME}|{_UNITED})(?:[–—-]| [–—-] ){_END}({_TIME})"
@@ -102,10 +110,9 @@ _HOURS = re.compile(r"(?<![\w.,:–—-])(\d{1,2})(?: ?h ?(?=\d\d? ?m(?:in)?\b)|
 """1h30, 1h30min and 1 h 5 m, where the m are no metres."""
 _MINUTES = re.compile(r"(?<![\d.,:–—-])(\d{1,3}) ?m(?:in)? ?([0-5]?\d) ?s\b")
 """5m 30s, where they are none either."""
-_ADJECTIVE = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)-({'|'.join(filter(str.isalpha, _NAMES))})(?=[ -][a-z])")
+_ADJECTIVE = re.compile(r"(?<![A-Za-z0-9.])([\d.]*\d)-([A-Za-z]+)(?=[ -][a-z])")
 """A 10-m rope."""
-_SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
-_UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
+_UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)(?: |(?![A-Za-z]))({_SYMBOL})(?:/([A-Za-z]+))?(?![A-Za-z0-9/²³])")
 _DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
 """Not 1.000, which is a thousand in much of Europe, and no part of a date, a version or a range that falls."""
 _PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d| ?[–—-] ?[$€£]?\d|[A-Za-z])")
@@ -164,8 +171,11 @@ def _decade(found: re.Match[str]) -> str:
 def _range(found: re.Match[str]) -> str:
     """The ends of a range that rises, or of times or quantities; what falls may be a score or a date, and what grows to
     four digits a number of a telephone."""
-    rises = (float(found[1]) < float(found[3]) and (len(found[3]) < 4 or len(found[1]) >= 4)) or found[2] != ""
-    return f"{found[1]}{found[2]} to {found[3]}{found[4]}" if rises else found[0]
+    if found[2] == "":
+        is_range = float(found[1]) < float(found[3]) and (len(found[3]) < 4 or len(found[1]) >= 4)
+    else:
+        is_range = found[2].lstrip().partition("/")[0] in _NAMES or re.fullmatch(_TIME, found[2]) is not None
+    return f"{found[1]}{found[2]} to {found[3]}{found[4]}" if is_range else found[0]
 
 
 def _time(found: re.Match[str]) -> str:
@@ -176,8 +186,15 @@ def _time(found: re.Match[str]) -> str:
 
 
 def _quantity(found: re.Match[str]) -> str:
-    one, more = _NAMES[found[2].lstrip()]
-    return f"{found[1]} {one if found[1] == '1' else more}"
+    if found[2] not in _NAMES or (found[3] or found[2]) not in _NAMES:
+        return found[0]
+    one, more = _NAMES[found[2]]
+    per = f" per {_NAMES[found[3]][0]}" if found[3] else ""
+    return f"{found[1]} {one if found[1] == '1' else more}{per}"
+
+
+def _adjective(found: re.Match[str]) -> str:
+    return f"{found[1]} {_NAMES[found[2]][0]}" if found[2] in _NAMES else found[0]
 
 
 def _price(found: re.Match[str]) -> str:
@@ -210,7 +227,7 @@ _NUMBERS: tuple[_Replacement, ...] = (
     (_DOTTED, r"\1:"),
     (_MINUTES, r"\1 min \2 s"),
     (_HOURS, r"\1 h \2 min"),
-    (_ADJECTIVE, lambda found: f"{found[1]} {_NAMES[found[2]][0]}"),
+    (_ADJECTIVE, _adjective),
     (_RANGE, _range),
     (_CLOCK, _time),
     (_GLUED, r"\1 "),
