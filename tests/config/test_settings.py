@@ -210,12 +210,12 @@ def test_names_are_checked_as_the_settings_pronounce_them(tmp_path: Path) -> Non
     own = tmp_path / "own.txt"
     own.write_text("tu T UW1 L\n")
     assert load_settings(path, reserved=name_check).name == "Tu"
-    own.write_text("bot S T AA1 P\n")
+    own.write_text("bot L EH1 F T\n")
     with pytest.raises(ConfigError) as error:
         load_settings(path, reserved=name_check)
     faults = str(error.value).splitlines()
     assert ["'Tu' sounds like the phrasebook's word 'do'" in line for line in faults] == [True, True, False]
-    assert "'Bot' sounds like the phrasebook's word 'stop'" in faults[2]
+    assert "'Bot' sounds like the phrasebook's word 'left'" in faults[2]
     own.write_text("tu T UW\n")
     with pytest.raises(ConfigError, match="'Tu' sounds like"):  # what is wrong with the file is told where it is used
         load_settings(path, reserved=name_check)
