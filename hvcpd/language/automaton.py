@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.language.pattern import LETTERS_SLOT, Choice, Node, Pause, Series, Slot, SlotValues, Word
+from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Choice, Node, Pause, Series, Slot, SlotValues, Word
 from hvcpd.language.spelling import ANY_LETTERS, with_letters
 
 
@@ -31,9 +31,7 @@ class _Nfa:
             case Word(text):
                 return self._words((text,), source)
             case Pause():
-                target = self.state()
-                self.free[source].append((target, True))
-                return target
+                return self._words((COMMA,), source)
             case Series(parts):
                 for part in parts:
                     source = self.add(part, source, slots)
@@ -52,7 +50,10 @@ class _Nfa:
     def _words(self, words: Sequence[str], source: int) -> int:
         for word in words:
             target = self.state()
-            self.steps[source].append((word, target))
+            if word == COMMA:
+                self.free[source].append((target, True))
+            else:
+                self.steps[source].append((word, target))
             source = target
         return source
 

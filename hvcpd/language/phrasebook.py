@@ -22,7 +22,7 @@ from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable,
 from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, Node, SlotValues, Words, as_rendered, match, render
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
-from hvcpd.language.words import digit_words, number_words, shared, spoken_words, strict_words
+from hvcpd.language.words import digit_words, number_words, shared, spoken_phrases, spoken_words, strict_words
 
 _T = TypeVar("_T")
 
@@ -92,7 +92,7 @@ class Phrasebook:
 
         Raises PhraseError when no form makes it, or when it has a name or a task that is not in the vocabulary.
         """
-        return _parts(self._tokens(utterance, self.slots))
+        return _parts(self._tokens(utterance, {**self.slots, **self._paused_slots}))
 
     def render(self, utterance: m.Utterance) -> Words:
         """The spoken words of an utterance, without pauses. Raises as `phrases` does."""
@@ -173,7 +173,7 @@ class Phrasebook:
     def people_graph(self) -> WordGraph:
         """The network `graph`, plus sentences of people who do not know the phrasebook; FRIEND stands for the name of a
         speaker that is not known."""
-        slots = {**self._named_slots, "speaker": self.slots["speaker"]}
+        slots = {**self._named_slots, **self._paused_slots, "speaker": self.slots["speaker"]}
         return build_graph([c.node for c in self._usable_forms() if not c.form.spelled], slots)
 
     @cached_property
@@ -207,7 +207,12 @@ class Phrasebook:
     @property
     def _robots_slots(self) -> SlotValues:
         """Robots speak to a person whose name is not known, and of one; none says that it is one."""
-        return {**self.slots, "speaker": self._named_slots["speaker"]}
+        return {**self.slots, **self._paused_slots, "speaker": self._named_slots["speaker"]}
+
+    @cached_property
+    def _paused_slots(self) -> SlotValues:
+        """The sentences of the task file with the commas at which they pause."""
+        return {slot: {text: _paused(str(text)) for text in self.slots[slot]} for slot in ("remark", "reason")}
 
     def _ordinary_forms(self) -> list[CompiledForm]:
         return [c for c in self._usable_forms() if not c.form.spelled and not c.form.casual]
@@ -305,6 +310,10 @@ def _with_friend(slots: SlotValues) -> SlotValues:
 def _parts(tokens: Sequence[str]) -> tuple[Words, ...]:
     """The words between the pauses."""
     return tuple(tuple(part) for is_pause, part in groupby(tokens, COMMA.__eq__) if not is_pause)
+
+
+def _paused(text: str) -> Words:
+    return tuple(chain.from_iterable((COMMA, *phrase) for phrase in spoken_phrases(text)))[1:]
 
 
 def _words_of(slots: SlotValues, slot: str, value: object) -> Words | None:

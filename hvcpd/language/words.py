@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import cache
+from itertools import chain
 
 from hvcpd.config.names import plain_letters
 from hvcpd.config.written import read_out, with_quantities
@@ -73,8 +74,14 @@ def spoken_words(text: str) -> tuple[str, ...]:
 
     Characters that no English word has end a word, so that arbitrary text gives some words and never an error.
     """
-    words = _with_numbers(_TOKEN.findall(read_out(plain_letters(text)).lower()))
-    return tuple(said for word in words for said in _round_words(word))
+    return tuple(chain.from_iterable(spoken_phrases(text)))
+
+
+def spoken_phrases(text: str) -> tuple[tuple[str, ...], ...]:
+    """Like `spoken_words`, in phrases: each comma is a pause."""
+    parts = read_out(plain_letters(text)).lower().split(",")
+    phrases = (chain.from_iterable(map(_round_words, _with_numbers(_TOKEN.findall(part)))) for part in parts)
+    return tuple(filter(None, map(tuple, phrases)))
 
 
 def strict_words(text: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from hvcpd.language.card import Topic, as_markdown, as_text, make_card
 from hvcpd.language.forms import Kind
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.language.words import number_words, spoken_words
+from hvcpd.language.words import number_words, spoken_phrases, spoken_words
 
 ROSES = tuple(f"water the {colour} rose" for colour in ("green", "violet", "indigo", "orange", "yellow", "red"))
 BOOK = Phrasebook(
@@ -131,6 +131,20 @@ def test_a_word_that_is_also_a_robots_name_has_a_capital_only_where_it_is_a_name
         "Hi all, I am Rose, hurrah",
     ):
         assert book.write(book.parse_text(text)) == text
+
+
+def test_a_robot_pauses_at_the_commas_of_a_remark_and_of_a_reason() -> None:
+    remark, reason = "Dinner is ready, please come, Rob!", "no water, it's dry"
+    book = Phrasebook(Vocabulary(("Rob",), tasks=("water the rose",), remarks=(remark,), failures=(reason,)))
+    for text in (remark, f"task one failed, {reason}"):
+        said = book.phrases(book.parse_text(f"Hi all, I am Rob, {text}"))
+        assert said[2:] == spoken_phrases(text)
+        at, rests = book.graph.start, []
+        for phrase in said:
+            for word in phrase:
+                at = dict(book.graph.following[at])[word]
+            rests.append(at)
+        assert book.graph.rests.issuperset(rests)
 
 
 def test_a_remark_keeps_the_capitals_of_names_and_of_i_before_an_apostrophe() -> None:

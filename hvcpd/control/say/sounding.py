@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.names import plain_letters
-from hvcpd.config.written import read_out, unsayable
+from hvcpd.config.written import unsayable
 from hvcpd.errors import DeviceError, PhraseError
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.language.words import spoken_words
+from hvcpd.language.words import spoken_phrases
 from hvcpd.ports import Samples
 
 MAX_WORDS = 1000
@@ -30,7 +29,7 @@ def sayable_phrases(text: str) -> tuple[tuple[str, ...], ...]:
     """
     if strange := unsayable(text):
         raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in words")
-    phrases = tuple(words for part in read_out(plain_letters(text)).split(",") if (words := spoken_words(part)))
+    phrases = spoken_phrases(text)
     if not phrases:
         raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
     return phrases
