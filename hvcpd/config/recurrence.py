@@ -6,7 +6,9 @@ All robots that read the same text come to the same times, whenever they were sw
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from array import array
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import cached_property
@@ -44,6 +46,8 @@ _BOUNDS = {
 """Of the numbers of each part (RFC 5545, 3.3.10); what also counts from the end is never 0. With others dateutil leaves
 the part out, seeks for many seconds, or fails with an error of its own."""
 _END_FORM = re.compile(r"[0-9]{8}(T[0-9]{6})?")
+_LAST_DAY = re.compile(r"(UNTIL=[0-9]{8})(?![0-9T])")
+"""A day as an end, which belongs to the rule (RFC 5545, 3.3.10); dateutil ends it at that day's midnight."""
 _END = "20640101T000000"
 """No time is sought after it, 40 years after BEGIN: a rule that is never due would be sought up to the year 9999, for
 seconds."""
@@ -65,25 +69,19 @@ class Recurrence:
         """The latest time at or before `wall_s` at which it was due; None if it never was."""
         if self._interval_s is not None:
             return wall_s // self._interval_s * self._interval_s
-        found = self._rule.before(datetime.fromtimestamp(wall_s) + SHIFT, inc=True)
-        while found is not None and found.timestamp() > wall_s:
-            found = self._rule.before(found)
-        return found.timestamp() if found is not None else None
+        return next((due_s for due_s in reversed(self._near(wall_s)) if due_s <= wall_s), None)
 
     def next(self, wall_s: float) -> float | None:
         """The first time after `wall_s` at which it will be due; None if it never will."""
         if self._interval_s is not None:
             return (wall_s // self._interval_s + 1.0) * self._interval_s
-        found = self._rule.after(datetime.fromtimestamp(wall_s) - SHIFT)
-        while found is not None and found.timestamp() <= wall_s:
-            found = self._rule.after(found)
-        return found.timestamp() if found is not None else None
+        return next((due_s for due_s in self._near(wall_s) if due_s > wall_s), None)
 
     def number(self, wall_s: float) -> int:
         """How many times it was due until then, since BEGIN or, if it is an interval, since 1970."""
         if self._interval_s is not None:
             return int(wall_s // self._interval_s)
-        return len(self._rule.between(BEGIN, datetime.fromtimestamp(wall_s), inc=True))
+        return self._count(datetime.fromtimestamp(wall_s))
 
     @cached_property
     def shortest_s(self) -> float:
@@ -95,6 +93,33 @@ class Recurrence:
             raise ValueError("it is never due")
         gaps = ((later - earlier).total_seconds() for earlier, later in pairwise(times))
         return min(gaps, default=timedelta(days=1).total_seconds())
+
+    def _near(self, wall_s: float) -> list[float]:
+        """When it is due from surely before `wall_s` until surely after it, s since 1970."""
+        local = datetime.fromtimestamp(wall_s)
+        end = self._count(local + SHIFT) + 1
+        begin = max(self._count(local - SHIFT) - 1, 0)
+        return [(BEGIN + timedelta(seconds=after_s)).timestamp() for after_s in self._found_s[begin:end]]
+
+    def _count(self, local: datetime) -> int:
+        """How many times it was due since BEGIN until then. A rule finds its times one after the other, and those of
+        an hourly one are 9,000 a year, so each is sought once; the first one later than `local` is found, too."""
+        local_s = (local - BEGIN).total_seconds()
+        if not self._found_s or self._found_s[-1] <= local_s:
+            for due in self._coming:
+                self._found_s.append((due - BEGIN).total_seconds())
+                if self._found_s[-1] > local_s:
+                    break
+        return bisect_right(self._found_s, local_s)
+
+    @cached_property
+    def _found_s(self) -> array[float]:
+        """The times that were sought so far, s of local time since BEGIN."""
+        return array("d")
+
+    @cached_property
+    def _coming(self) -> Iterator[datetime]:
+        return iter(self._rule)
 
     @cached_property
     def _interval_s(self) -> float | None:
@@ -112,7 +137,8 @@ class Recurrence:
             raise ValueError("a rule is NAME=VALUE;NAME=VALUE, without spaces")
         _check_end(parts)
         _check_numbers(parts)
-        rule = rrulestr(text if "UNTIL" in parts else f"{text};UNTIL={_END}", dtstart=BEGIN, cache=True)
+        text = _LAST_DAY.sub(r"\1T235959", text)
+        rule = rrulestr(text if "UNTIL" in parts else f"{text};UNTIL={_END}", dtstart=BEGIN)
         if not isinstance(rule, rrule) or parts["FREQ"] not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
         return rule

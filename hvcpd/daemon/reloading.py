@@ -240,18 +240,51 @@ def _words(tasks: TaskRepository) -> tuple[object, ...]:
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:
     numbers = sorted({task.number for task in (*before.tasks, *now.tasks)})
-    pairs = ((number, before.by_number(number), now.by_number(number)) for number in numbers)
-    return [
-        {"key": f"task {number}", "before": _described(old, new), "now": _described(new, old)}
-        for number, old, new in pairs
-        if old != new
-    ]
+    changes: list[dict[str, Any]] = []
+    for number in numbers:
+        old, new = before.by_number(number), now.by_number(number)
+        if old != new:
+            was, is_now = _described(old, new), _described(new, old)
+            if was == is_now:
+                is_now = f"{is_now}, others"
+            changes.append({"key": f"task {number}", "before": was, "now": is_now})
+    for (kind, had), has in zip(_parts(before).items(), _parts(now).values(), strict=True):
+        if had != has:
+            there = [f"{name}, changed" if name in had and had[name] != has[name] else name for name in has]
+            changes.append({"key": kind, "before": list(had), "now": there})
+    return changes
+
+
+def _parts(tasks: TaskRepository) -> dict[str, dict[str, object]]:
+    """What a task file has besides tasks, by kind and name."""
+    return {
+        "other tasks": dict.fromkeys(tasks.other_tasks),
+        "alternatives": {f"{phrase} for {word}": None for word, phrase in tasks.alternatives},
+        "declared skills": {skill.name: skill for skill in tasks.skills},
+        "places": {place.name: place for place in tasks.places},
+    }
 
 
 def _described(task: TaskDefinition | None, other: TaskDefinition | None) -> str | None:
+    """A task's name or, beside another one of the same name, in what it differs."""
     if task is None:
         return None
     if other is None or other.name != task.name:
         return task.name
-    place = f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place"
-    return f"{place}, {plural(len(task.actions), 'action')}"
+    own, others = _traits(task), _traits(other)
+    return ", ".join(text for key, text in own.items() if text != others[key]) or own["actions"]
+
+
+def _traits(task: TaskDefinition) -> dict[str, str]:
+    """What a task has besides its name, in words."""
+    return {
+        "place": f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place",
+        "actions": plural(len(task.actions), "action"),
+        "icon": f"icon {task.icon or 'none'}",
+        "every": f"every {task.every.text}" if task.every is not None else "once",
+        "priority": f"priority {task.priority}",
+        "after": f"after {', '.join(map(str, sorted(task.after))) or 'none'}",
+        "deadline": f"deadline {task.deadline_s / 60.0:g} min" if task.deadline_s is not None else "no deadline",
+        "robots": f"for {plural(task.robots, 'robot')}",
+        "on_demand": "on demand" if task.on_demand else "without being asked for",
+    }

@@ -250,6 +250,8 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         faults.append(str(error))
     if sound is None or tasks is None or faults:
         raise ConfigError("\n".join(faults))
+    for every in filter(None, (task.every for task in tasks.tasks)):
+        every.last(time.time())  # an hourly rule has too many times for a robot at work to seek them
     numbers = [task.number for task in tasks.tasks]
     for number in settings.unable:
         if number not in numbers and damage is None:

@@ -45,17 +45,22 @@ def occurrences(
 ) -> tuple[Occurrence, ...]:
     """All that became due from `begin_s` to `end_s` (s since 1970), in the order of time.
 
-    What is done once and for ever was due at the beginning. What is done SKEW_S before it is due counts for that time:
-    clocks differ.
+    What is done once and for ever was due at the beginning. What is done SKEW_S before it is due counts for that time,
+    since clocks differ, unless it was still to be done for the time before.
     """
     found = []
     for task in tasks:
+        acts = sorted((at_s, by) for at_s, number, by in deeds if number == task.number)
         for due_s, next_s in _times(task, begin_s, end_s):
-            until_s = next_s - SKEW_S if next_s is not None else max(end_s, due_s)
-            mine = tuple((at_s, by) for at_s, n, by in deeds if n == task.number and due_s - SKEW_S <= at_s < until_s)
+            over_s = next_s if next_s is not None else max(end_s, due_s)
+            acts = [act for act in acts if act[0] >= due_s - SKEW_S]
+            until_s = over_s if next_s is None else over_s - SKEW_S
+            n, most = (sum(at_s < limit_s for at_s, _ in acts) for limit_s in (until_s, over_s))
+            n = max(n, min(most, task.robots))
             late_s = due_s + task.deadline_s if task.deadline_s is not None else None
-            ended = min(until_s, end_s) - due_s >= JUST_DUE_S or until_s < end_s
-            found.append(Occurrence(task.number, task.name, due_s, late_s, ended, mine, task.robots))
+            ended = min(over_s, end_s) - due_s >= JUST_DUE_S or (next_s is not None and next_s <= end_s)
+            found.append(Occurrence(task.number, task.name, due_s, late_s, ended, tuple(acts[:n]), task.robots))
+            acts = acts[n:]
     return tuple(sorted(found, key=lambda each: (each.due_s, each.number)))
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from datetime import datetime
+from functools import partial
 from itertools import pairwise
 
 import pytest
@@ -112,10 +114,36 @@ def test_a_rule_may_be_in_small_letters() -> None:
     assert Recurrence("freq=daily;byhour=8").next(noon_s) == datetime(2026, 5, 5, 8).timestamp()
 
 
-def test_a_rule_with_an_end_is_due_until_then() -> None:
-    every = Recurrence("FREQ=DAILY;BYHOUR=6;UNTIL=20260504T060000")
+@pytest.mark.parametrize("until", ["20260504T060000", "20260504"])
+def test_a_rule_with_an_end_is_due_until_then(until: str) -> None:
+    every = Recurrence(f"FREQ=DAILY;UNTIL={until};BYHOUR=6")
     assert every.next(datetime(2026, 5, 3, 7).timestamp()) == datetime(2026, 5, 4, 6).timestamp()
     assert every.next(datetime(2026, 5, 4, 7).timestamp()) is None
+
+
+def calls(function: Callable[[], object]) -> int:
+    """How many functions and generators run for it, a measure of time that is always the same."""
+    count = 0
+
+    def counted(_: object, event: str, __: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(counted)
+    try:
+        function()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def test_the_times_of_a_rule_are_sought_once() -> None:
+    """A robot asks for them while it drives and listens; a rule for each ten minutes held it up for seconds."""
+    every, noon_s = Recurrence("FREQ=HOURLY;BYMINUTE=0,30"), datetime(2026, 5, 4, 12).timestamp()
+    every.last(noon_s)
+    for later_s in (0.0, 86400.0):
+        for ask in (every.last, every.next, every.number):
+            assert calls(partial(ask, noon_s + later_s)) < 500, "not for each of 41,000"
 
 
 @pytest.mark.parametrize(

@@ -182,6 +182,16 @@ def test_what_became_of_each_time() -> None:
     assert became == ["done", "done late", "done more than once", "not done", "to be done"]
 
 
+def test_what_is_done_just_before_it_is_due_again_was_done_late() -> None:
+    """A task that robots were always late with was told as not done, and done more than once."""
+    deeds = [(3600.0 * k - 60.0, 1, "Rob") for k in (1, 2, 3)]
+    found = occurrences([HOURLY], deeds, 0.0, 3 * 3600.0)
+    assert [(each.became, each.deeds) for each in found] == [("done late", ((at_s, "Rob"),)) for at_s, *_ in deeds]
+    pairs = [(3480.0, 1, "Rob"), (3500.0, 1, "Bot"), (3600.0, 1, "Rob"), (3600.0, 1, "Bot")]
+    found = occurrences([replace(HOURLY, robots=2)], pairs, 0.0, 2 * 3600.0)
+    assert [each.became for each in found] == ["done late", "done"]
+
+
 def test_what_is_done_once_was_due_at_the_beginning() -> None:
     (only,) = occurrences([replace(HOURLY, every=None)], [(50.0, 1, "Bot")], 40.0, 4000.0)
     assert only == Occurrence(1, "look", 40.0, 640.0, True, ((50.0, "Bot"),))

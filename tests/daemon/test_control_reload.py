@@ -82,6 +82,32 @@ async def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Pat
         await talk.hang_up()
 
 
+async def test_reload_tells_what_differs_in_the_tasks(tmp_path: Path) -> None:
+    async with control(tmp_path) as bench:
+        talk = await bench.connect()
+        bench.body.retask = lambda _tasks, then: then()
+
+        async def changes(text: str) -> list[tuple[object, ...]]:
+            (tmp_path / "tasks.yaml").write_text(text)
+            return [tuple(change.values()) for change in (await talk.ask("reload"))["result"]["changed"]]
+
+        often = ONE_TASK.replace("}]}", "}], every: 6 h, priority: 3}")
+        assert await changes(often) == [("task 1", "once, priority 0", "every 6 h, priority 3")]
+        longer = often.replace("forward: 1", "forward: 2")
+        assert await changes(longer) == [("task 1", "1 action", "1 action, others")]
+        more = "other_tasks: [water the red rose]\nalternatives: {green: [grin]}\nskills: {wave: {}}\n"
+        more += "places: [{name: tap, centre: {x_m: 3, y_m: 1}, radius_m: 0.4}]\n"
+        assert await changes(longer + more) == [
+            ("other tasks", [], ["water the red rose"]),
+            ("alternatives", [], ["grin for green"]),
+            ("declared skills", [], ["wave"]),
+            ("places", [], ["tap"]),
+        ], "it was told that nothing has changed"
+        farther = more.replace("x_m: 3", "x_m: 4")
+        assert await changes(longer + farther) == [("places", ["tap"], ["tap, changed"])]
+        await talk.hang_up()
+
+
 async def test_reload_takes_tasks_with_new_words_once_the_robot_knows_these(tmp_path: Path) -> None:
     two = ONE_TASK + ONE_TASK.partition("tasks:\n")[2].replace("number: 1", "number: 2").replace("green", "pink")
     async with control(tmp_path) as bench:

@@ -1,7 +1,9 @@
 """What the settings make of a robot."""
 
 import random
+import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,7 @@ from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
 from hvcpd.memory.people import person_path, write_person
 from hvcpd.people.enrolled import Person
+from tests.config.test_recurrence import calls
 
 
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
@@ -52,6 +55,15 @@ def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(absent_s=900.0)))
     robot = make_robot(wiring.plan(), wiring.sound)
     assert robot.coordination.knowledge.timing.absent_s == 900.0
+
+
+def test_the_times_of_a_rule_are_known_before_the_robot_is_at_work(tmp_path: Path) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text("tasks: [{number: 1, name: feed the cat, every: FREQ=HOURLY, actions: [{wait: 1}]}]")
+    wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, tasks=tasks))
+    every = wiring.tasks.tasks[0].every
+    assert every is not None
+    assert calls(partial(every.last, time.time())) < 500, "not for each hour since 2024"
 
 
 @pytest.mark.parametrize("clock", [True, False])
