@@ -257,7 +257,7 @@ class TranscriptReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self.path = path
         try:
             is_there = path.is_file()
         except OSError as error:
@@ -277,7 +277,7 @@ class TranscriptReader:
         try:
             found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
         except sqlite3.DatabaseError as error:
-            raise StoreError(f"{self._path}: {_unread(error)}") from error
+            raise StoreError(f"{self.path}: {_unread(error)}") from error
         return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from hvcpd.control.live.report import vocabulary_of
 from hvcpd.control.live.transcript import AskedRows
 from hvcpd.errors import PhraseError
+from hvcpd.memory.store import Store, TranscriptReader
 
 TASKS = """tasks:
 - {number: 1, name: make the tea, actions: [{say: the tea is ready}]}
@@ -63,3 +65,21 @@ def test_a_task_for_two_is_one_too_where_the_settings_have_it(tmp_path: Path) ->
     options = argparse.Namespace(config=tmp_path / "hvcpd.yaml", tasks=None)
     _, (told,) = vocabulary_of(AskedRows(Answering("make the tea", robots=2)), [], options)
     assert told.robots == 2
+
+
+def test_a_memory_is_read_with_the_tasks_that_commands_gave_its_robot(tmp_path: Path) -> None:
+    """The order to do one was no sentence once the robot was switched off, and the task had no name."""
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    (tmp_path / "hvcpd.yaml").write_text("{name: Rob, names: [Rob, Bot], tasks: tasks.yaml}")
+    (tmp_path / "rob.tasks.yaml").write_text(
+        "removed: [{number: 1, name: make the tea}]\n"
+        "tasks: [{number: 2, name: make the coffee, actions: [{wait: 1}]}]\n"
+    )
+    Store(tmp_path / "rob.sqlite3").close()
+    options = argparse.Namespace(config=tmp_path / "hvcpd.yaml", tasks=None)
+    with closing(TranscriptReader(tmp_path / "rob.sqlite3")) as reader:
+        book, (told,) = vocabulary_of(reader, [], options)
+        assert told.name == "make the coffee"
+        book.parse_text("Hi Rob, I am Bot, make the coffee")
+        options.tasks = tmp_path / "tasks.yaml"
+        assert [task.name for task in vocabulary_of(reader, [], options)[1]] == ["make the tea"], "those that are named"

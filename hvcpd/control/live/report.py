@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import closing
 
+from hvcpd.config.task_changes import read_changes
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.simulate.team import load_team
@@ -46,10 +47,13 @@ def vocabulary_of(
     reader: AskedRows | TranscriptReader, rows: Iterable[TranscriptRow], options: argparse.Namespace
 ) -> tuple[Phrasebook, tuple[TaskDefinition, ...]]:
     """The sentences and the tasks of a transcript, with the names of all who speak in it: those of the settings, or, if
-    the robot that was asked for it has other tasks, as much of its own as it tells. Raises ConfigError and
-    PhraseError."""
+    the robot that was asked for it has other tasks, as much of its own as it tells. Beside a memory's file is that of
+    the tasks that commands have given that robot, or taken from it. Raises ConfigError and PhraseError."""
     speakers = tuple(sorted({row.record.speaker for row in rows if row.record.speaker}))
-    team = load_team(options, more=speakers, sealed=True)
+    changes = None
+    if isinstance(reader, TranscriptReader) and options.tasks is None:
+        changes = read_changes(reader.path.with_suffix(".tasks.yaml"))
+    team = load_team(options, more=speakers, sealed=True, changes=changes)
     tasks = reader.tasks() if isinstance(reader, AskedRows) else team.tasks.tasks
     if not isinstance(reader, AskedRows) or _named(tasks) == _named(team.tasks.tasks):
         return team.phrasebook, tasks

@@ -17,6 +17,7 @@ from hvcpd.config.command_line import print_error
 from hvcpd.config.document import place_of
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import Loaded, load_settings, load_with_sources
+from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
@@ -55,11 +56,12 @@ def load_team(
     allow_confusable: bool = False,
     sealed: bool = False,
     encrypted: bool = False,
+    changes: TaskChanges | None = None,
 ) -> Team:
     """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
 
     With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key, and an
-    `encrypted` one hides what it says. Raises ConfigError and PhraseError.
+    `encrypted` one hides what it says; `changes` of the tasks are one robot's. Raises ConfigError and PhraseError.
     """
     reserved = None if names else name_check
     given = {"tasks": options.tasks, "state_dir": getattr(options, "state_dir", None)}  # an option of enrol
@@ -67,7 +69,7 @@ def load_team(
     settings = load_settings(options.config, overrides, name_needed=False, reserved=reserved)
     sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
-    tasks = load_tasks(settings.tasks, alike, robots=len(names or settings.names))
+    tasks = load_tasks(settings.tasks, alike, changes, len(names or settings.names))
     people = _enrolled(settings, names or settings.names, sound.lexicon, allow_confusable)
     enrolled = tuple(person.name for person in people.values())
     known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
