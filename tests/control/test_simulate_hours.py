@@ -174,6 +174,16 @@ def test_loss_is_refused_where_there_is_sound(tmp_path: Path, capsys: pytest.Cap
     assert "add --hours" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("robots", "is_told"), [("Rob", True), ("Rob,Bot", False)])
+def test_it_says_that_nobody_knows_when_tasks_are_due(
+    robots: str, is_told: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They were not done, without a word of why."""
+    (tmp_path / "hvcpd.yaml").write_text("{name: Rob, names: [Rob, Bot], clock: false}")
+    assert hours(tmp_path, "--hours", "1", "--config", str(tmp_path / "hvcpd.yaml"), "--robots", robots) != 2
+    assert ("no robot here has a clock" in capsys.readouterr().err) is is_told
+
+
 def test_what_became_of_each_time() -> None:
     begin_s = 36_000.0
     deeds = [(begin_s + at_s, 1, "Rob") for at_s in (10.0, 3600.0 + 700.0, 7200.0 - 60.0, 7200.0 + 30.0)]

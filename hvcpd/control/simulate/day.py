@@ -41,7 +41,10 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     if team.tasks.places:
         names = ", ".join(place.name for place in team.tasks.places)
         sys.stderr.write(f"hvcpctl: note: with --hours robots drive through {names} unasked; see it without --hours\n")
-    mission = WordMission(day_plan(options, team, coordinator, speech), keep=True)
+    plan = day_plan(options, team, coordinator, speech)
+    if not plan.clocks and any(task.every is not None for task in plan.tasks):
+        sys.stderr.write("hvcpctl: note: no robot here has a clock (clock: false), so none knows when a task is due\n")
+    mission = WordMission(plan, keep=True)
     understood: list[m.Utterance] = []
 
     def note(listener: str, utterance: m.Utterance) -> tuple[m.Utterance, Trust]:
