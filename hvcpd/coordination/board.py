@@ -95,11 +95,17 @@ class Board:
         return all(n not in self._entries or self[n].state == DONE for n in entry.definition.after)
 
     def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
-        """Use other places and actions for the tasks; their numbers and names stay."""
+        """Use other places, actions and times for the tasks; their numbers and names stay."""
         for task in tasks:
-            self._entries[task.number].definition = task
+            entry = self._entries[task.number]
+            before, entry.definition = entry.definition, task
+            if before.on_demand and not task.on_demand and entry.skipped and not entry.is_changed:
+                self._set(task.number, OPEN, None)  # nobody has asked for it, and nobody need do so any more
+                entry.change, entry.is_due = 0, True
+            if before.every != task.every:
+                entry.change, entry.is_changed = 0, False  # its occurrences have other numbers
 
-    def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[Collection[int], Collection[int]]:
+    def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks, and of
         those that are new.
 
@@ -111,13 +117,12 @@ class Board:
             if not self[number].known_done:
                 self._set(number, DONE, None)
             self._entries[number].gone = True
-        added = {number for number in new if number not in self._entries or self[number].gone}
-        for number, task in new.items():
-            if number in added:
-                self._entries[number] = done.get(spoken_name(task)) or new_entry(task)
-                self[number].is_due = True  # others that do not know it yet leave it out of their lists
-                self.changed.append(number)
-            self[number].definition = task
+        added = tuple(number for number in new if number not in self._entries or self[number].gone)
+        for number in added:
+            self._entries[number] = done.get(spoken_name(new[number])) or new_entry(new[number])
+            self[number].is_due = True  # others that do not know it yet leave it out of their lists
+            self.changed.append(number)
+        self.redefine(new.values())
         return gone, added
 
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:

@@ -245,11 +245,12 @@ class Coordination:
     def reconfigure(
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()
     ) -> None:
-        """Take another role, and other places and actions for some of the tasks, whose numbers and names stay. The
-        robot may retry the tasks `forgiven`, although it gave them up."""
-        self.knowledge.role = role
+        """Take another role, and other places, actions and times for some of the tasks, whose numbers and names stay.
+        The robot may retry the tasks `forgiven`, although it gave them up."""
+        self.knowledge.role, self.knowledge.due_next_s = role, None
         self.board.redefine(tasks)
         self.board.forgive(role.name, forgiven)
+        self.peers.let_rest(self.board.recurs)
         self.knowledge.reconsider(now)
 
     def retask(self, tasks: Iterable[TaskDefinition], now: float, places: Iterable[SharedPlace] = ()) -> None:

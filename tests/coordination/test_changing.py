@@ -239,6 +239,19 @@ def test_what_was_wanted_of_one_that_was_switched_off_before_others_heard_it_is_
     assert mission.watered == {1: 1, 2: 2}
 
 
+def test_what_nobody_need_ask_for_any_more_is_done() -> None:
+    """It was left out until the next start."""
+    one, two = plants(2)
+    mission = Mission(("Rob", "Bot"), (one, replace(two, on_demand=True)), seed=1)
+    mission.air.run_until(AGAIN_S)
+    assert mission.watered == {1: 1}
+    for robot in mission.robots.values():
+        robot.reconfigure(AGAIN_S, robot.role, (one, two))
+    mission.air.refresh()
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1}
+
+
 def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission = Mission(("Rob",), plants(3), seed=1)
     rob = mission.robots["Rob"]

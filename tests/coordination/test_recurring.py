@@ -218,3 +218,18 @@ def test_one_misheard_number_does_not_open_what_is_done_for_a_robot_that_has_a_c
 def test_a_robot_with_a_clock_does_not_leave_what_is_due_to_robots_that_do_not_know(seed: int) -> None:
     result = WordMission(replace(recurring_plan(seed), limit_s=20_000.0)).run()
     assert result.missed == 0
+
+
+def test_what_is_to_be_done_more_often_from_now_on_is_due_at_its_own_next_time() -> None:
+    """Until the time at which anything was to be due before, no robot looked; and its occurrences had two numbers."""
+    daily = (replace(EVERY_HOUR[0], every=Recurrence("1 d")),)
+    plan = replace(PLAN, names=("Rob", "Bot"), tasks=daily, clocks={"Rob": 0.0, "Bot": 0.0}, conditions=Conditions())
+    mission = WordMission(plan)
+    mission.air.run_until(HOUR_S)
+    for robot in mission.robots.values():
+        robot.reconfigure(HOUR_S, robot.role, EVERY_HOUR[:1])
+    mission.air.refresh()
+    mission.air.run_until(3.0 * HOUR_S)
+    assert len(mission.done) == 4
+    numbers = {EVERY_HOUR[0].every.number(BEGIN_S + 3.0 * HOUR_S)}  # type: ignore[union-attr]
+    assert {robot.board[1].change for robot in mission.robots.values()} == numbers
