@@ -68,8 +68,8 @@ def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bo
     if not entry.is_shared:
         return _is_outdated(me, entry, name, None)
     last = me.repair.last_said
-    has_told = last is not None and m.own_words(last.statement) == composing.change(entry)
-    answers = has_told and is_for_me_alone(me, heard.to)
+    told = last.addressee if last is not None and m.own_words(last.statement) == composing.change(entry) else None
+    answers = told in (m.ToAll(), m.ToRobot(heard.speaker or "")) and is_for_me_alone(me, heard.to)
     return entry.is_changed and not entry.known_done and name not in entry.parts and not answers
 
 

@@ -239,6 +239,19 @@ def test_what_was_wanted_of_one_that_was_switched_off_before_others_heard_it_is_
     assert mission.watered == {1: 1, 2: 2}
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_what_takes_two_is_done_again_although_the_others_have_missed_that(seed: int) -> None:
+    """Max told Bot, and took for Rob's answer to that what Rob said against its claim: that the task is complete."""
+    one, two = plants(2)
+    mission = Mission(NAMES, (one, replace(two, robots=2)), seed=seed)
+    run_until(mission, AGAIN_S)
+    mission.air.misses = lambda _, u: isinstance(u.statement, m.Change) and isinstance(u.addressee, m.ToAll)
+    assert mission.robots["Max"].change(2, False, AGAIN_S) is None
+    mission.air.refresh()
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 4}
+
+
 def test_what_nobody_need_ask_for_any_more_is_done() -> None:
     """It was left out until the next start."""
     one, two = plants(2)
