@@ -211,8 +211,8 @@ class Phrasebook:
 
     @cached_property
     def _paused_slots(self) -> SlotValues:
-        """The sentences of the task file with the commas at which they pause."""
-        return {slot: {text: _paused(str(text)) for text in self.slots[slot]} for slot in ("remark", "reason")}
+        """The remarks with the commas at which a robot pauses."""
+        return {"remark": {text: _paused(text) for text in self.vocabulary.remarks}}
 
     def _ordinary_forms(self) -> list[CompiledForm]:
         return [c for c in self._usable_forms() if not c.form.spelled and not c.form.casual]
