@@ -36,6 +36,9 @@ _ROUND = re.compile(f"([1-9][0-9]??)({'|'.join(_ZEROS)})")
 _BEFORE_AM = frozenset((*_UNITS, *_TENS))
 """Where "am" follows, it is a time of day and no verb."""
 _TOKEN = re.compile(r"[a-z0-9']+")
+_PAUSE = re.compile(r"[,;!?…—\n]|:(?=\s)|\.\.+|\s[–-]+\s")
+_FULL_STOP = re.compile(r"\b(?=\w*[AEIOUYaeiouy\d])(\w*\d|\w\w+)\.(?=[\"”)]?\s+[\"“(]?[A-Z])")
+"""The end of a sentence, and no "Mr. Smith" or "J. Smith"."""
 _STRICT_TOKEN = re.compile(r"(?<![\w.–—-])(?:[–—-][.]?|[.,])[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
 """A minus sign and a decimal point belong to their number, also one that begins with it: ".5 m" is not five metres. Any
 other hyphen or point parts words."""
@@ -78,8 +81,8 @@ def spoken_words(text: str) -> tuple[str, ...]:
 
 
 def spoken_phrases(text: str) -> tuple[tuple[str, ...], ...]:
-    """Like `spoken_words`, in phrases: each comma is a pause."""
-    parts = read_out(plain_letters(text)).lower().split(",")
+    """Like `spoken_words`, in phrases: a comma, a dash and the end of a sentence are pauses."""
+    parts = _PAUSE.split(_FULL_STOP.sub(r"\1,", read_out(plain_letters(text))).lower())
     phrases = (chain.from_iterable(map(_round_words, _with_numbers(_TOKEN.findall(part)))) for part in parts)
     return tuple(filter(None, map(tuple, phrases)))
 

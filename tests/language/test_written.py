@@ -7,7 +7,7 @@ import pytest
 from hvcpd.config.written import unsayable
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.language.words import spoken_words
+from hvcpd.language.words import spoken_phrases, spoken_words
 
 
 @pytest.mark.parametrize(
@@ -129,6 +129,24 @@ def test_what_is_written_is_read_out(written: str, said: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("written", "phrases"),
+    [
+        ("Dinner is ready. Please come, Rob!", "dinner is ready | please come | rob"),
+        ("Go to room 5. (Then) wait... then go", "go to room five | then wait | then go"),
+        ("note: the door - a big one - is open; close it", "note | the door | a big one | is open | close it"),
+        ('he said "go." "Why?"', "he said go | why"),
+        ("first\nthen \N{EM DASH} last", "first | then | last"),
+        ("Mr. Smith, Dr. Lee and J. R. Roe", "mr smith | dr lee and j r roe"),
+        ("e.g. at 9 a.m. in the U.S. Army", "e g at nine a m in the u s army"),
+        ("it is 3.5 m from 8:30-9:00 at rob@example.com", None),
+    ],
+)
+def test_a_reader_pauses_where_the_writer_does(written: str, phrases: str | None) -> None:
+    said = [" ".join(phrase) for phrase in spoken_phrases(written)]
+    assert said == (phrases.split(" | ") if phrases else [" ".join(spoken_words(written))])
+
+
+@pytest.mark.parametrize(
     "written",
     [
         "20 m²",
@@ -188,6 +206,9 @@ def test_no_other_quantity_is_taken_for_a_tasks_number(number: str) -> None:
         "1h",
         "1-m ",
         "Mon, ",
+        "A. A",
+        "a..",
+        "a -",
         "a.",
         "a@",
         "mid-",
