@@ -139,7 +139,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
         recogniser = Watched(book.graph, bank)
         listen(recogniser, stream)
         for sentence, words in recogniser.judged:
-            if sentence.cost < -12.0 and not sentence.unfinished:
+            if sentence.cost < -12.0:
                 yield sentence, is_right(sentence, words, truth)
 
 

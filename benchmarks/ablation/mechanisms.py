@@ -91,7 +91,6 @@ RULES = (
         "tones that come and go are",
         answering(f"{HEARING}.noise:NoiseTracker._follow_bands", None),
     ),
-    Mechanism("noise-rise", "noise rises slowly while somebody speaks", instead(f"{HEARING}.noise:_RISE", 1e6)),
     Mechanism(
         "segments",
         "what is too short or even is no speech",

@@ -290,20 +290,6 @@ class Decoder:
             np.copyto(chosen[to], token[other], where=cheaper)
         return entering, chosen
 
-    def raise_gains(self) -> None:
-        """Raise all gains by a step: each hypothesis takes over the next one's paths, and the highest keeps its own."""
-        self._rest[:-1] = self._rest[1:].copy()
-        self._rest_token[:-1] = self._rest_token[1:].copy()
-        old, cost, token = self.active, self._cost, self._token
-        lower = np.searchsorted(old.pair, self._net.n_instances)
-        top = np.searchsorted(old.pair, (self._n_hypotheses - 1) * self._net.n_instances)
-        pair = np.concatenate([old.pair[lower:] - self._net.n_instances, old.pair[top:]])
-        low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
-        self._set_active(ActiveStates.of(self._net, self._n_hypotheses, pair, low, high))
-        moved, highest = old.hypothesis_begins[1], old.hypothesis_begins[-2]
-        self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
-        self._token[:] = np.concatenate([token[moved:], token[highest:]])
-
     def best(self, margin: float = 0.0) -> BestPath:
         """The cheapest path; a resting path counts as the cheapest if it costs no more than `margin` above it."""
         cost = float(self._cost.min(initial=0.0))

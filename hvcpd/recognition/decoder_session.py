@@ -11,7 +11,7 @@ import numpy as np
 
 from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of, power_ratio
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.stream import FrameHistory
 from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
@@ -19,8 +19,7 @@ from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
 GAIN_STEP_DB = 6.0
 """Distance of the three template gains that are decoded side by side, around the level at the onset. Where the level is
-farther from the middle one they move: to that level, or, within a sentence, by a step up (the first word, "hi", can be
-much weaker than the rest)."""
+farther from the middle one before a sentence they move to it."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 48
@@ -63,13 +62,12 @@ class SentenceWord:
 @dataclass(frozen=True)
 class Sentence:
     """A path that ended. `pause`: the dearest pause inside it, in units of FILLER_COST times frames, which is the
-    amount of speech that it skips. `unfinished`: somebody seems to go on with words that are not understood yet."""
+    amount of speech that it skips."""
 
     words: tuple[SentenceWord, ...]
     voice: str
     cost: float
     pause: float
-    unfinished: bool
 
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
@@ -220,14 +218,9 @@ class DecoderSession:
         self._bests.append(self.best.cost)
 
     def _retune(self, level: float) -> None:
-        if level <= 0.0:
-            return
-        off_db = decibels(level / max(self._gain, SILENT_POWER))
-        if abs(off_db) > GAIN_STEP_DB and not self.under_way:
-            self._gain = level
-        elif off_db > GAIN_STEP_DB:
-            self._gain *= power_ratio(GAIN_STEP_DB)
-            self._decoder.raise_gains()
+        if level > 0.0 and not self.under_way:
+            off_db = decibels(level / max(self._gain, SILENT_POWER))
+            self._gain = level if abs(off_db) > GAIN_STEP_DB else self._gain
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""
@@ -235,14 +228,15 @@ class DecoderSession:
         if best.node < 0 or best.cost >= 0.0:
             return None
         may_go_on = bool(self._net.has_successors[best.node])
+        if may_go_on and best.behind > GOING_ON:
+            return None
         if best.rested_frames < (LATE_END_FRAMES if may_go_on or best.behind > 0.0 else END_FRAMES):
             return None
         steps = self._decoder.trace(best.token)
         pauses = (self._noise_cost.between(a.end_frame, b.start_frame) for a, b in pairwise(steps))
         pause = max((float(costs.sum()) for costs in pauses), default=0.0) / FILLER_COST
-        unfinished = may_go_on and best.behind > GOING_ON
         words = tuple(map(self._scored, steps))
-        return Sentence(words, self._net.voice_of_node(best.node), best.cost, pause, unfinished)
+        return Sentence(words, self._net.voice_of_node(best.node), best.cost, pause)
 
     def _scored(self, step: TracedWord) -> SentenceWord:
         net, word, n_frames = self._net, step.instance, step.end_frame - step.start_frame

@@ -23,7 +23,7 @@ def fitted(section: str) -> dict[str, Any]:
 
 def logistic(logit: float) -> float:
     """The probability with these log odds."""
-    return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
+    return 0.5 + 0.5 * math.tanh(0.5 * logit)
 
 
 def fitted_probability(section: str, features: Iterable[float]) -> float:

@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.fitted import fitted
-from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies, power_ratio
+from hvcpd.recognition.frontend import ENERGY_FLOOR, N_BANDS, Energies
 
 MEMORY_FRAMES = 300
 """Length of the window (3 s) of which the percentile is taken: longer than any word."""
@@ -28,8 +27,6 @@ STEADY_DRIFT_NEPER = 0.22
 STEADY_SPREAD = 1.15
 """Largest spread in time, relative to steady noise's, mean over the bands; hardly ever above 1.06 there.
 Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured on our own voices)."""
-RISE_DB_PER_S = 2.0
-"""While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
 TONE_FRAMES = 24
 """Frames (0.24 s) of a steady tone, or of lower energy, that count as a band's new noise: a motor changes its speed
 faster than the memory forgets, and hardly any vowel stays that long unchanged."""
@@ -44,7 +41,6 @@ TONE_RISE_NEPER = 0.4
 TONE_SHARE = 0.3
 """A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
 louder than the noise is none."""
-_RISE = np.float32(power_ratio(RISE_DB_PER_S * HOP_SAMPLES / SAMPLE_RATE_HZ))
 NOISE_QUANTILE = 0.2
 """Of a band's energies: low enough that speech four fifths of the time leaves the estimate of the noise alone."""
 
@@ -72,15 +68,13 @@ class NoiseTracker:
         """Whether enough has been heard for an estimate."""
         return len(self._past) >= WARM_UP_FRAMES
 
-    def push(self, energies: Energies, speech: bool = False) -> None:
-        """Remember frames of shape (n, N_BANDS), and update the estimate; `speech`: somebody seems to be speaking."""
+    def push(self, energies: Energies) -> None:
+        """Remember frames of shape (n, N_BANDS), and update the estimate."""
         self._past = np.concatenate([self._past, energies])[-MEMORY_FRAMES:]
         if self.ready:
-            most = self.estimate * _RISE ** len(energies) if speech else np.float32(np.inf)
             rank = int(NOISE_QUANTILE * (len(self._past) - 1))
             ranked = np.partition(self._past, rank, axis=0)
             np.maximum(ranked[rank] / STEADY_RATIO, ENERGY_FLOOR, out=self.estimate)
-            np.minimum(self.estimate, most, out=self.estimate)
         self._unseen += len(energies)
         if self._unseen >= TONE_EVERY_FRAMES and len(self._past) >= TONE_FRAMES:
             self._unseen = 0

@@ -159,8 +159,8 @@ class TemplateRecogniser:
             if chunk.masked:  # the robot's own voice covers everything
                 events += self._break_off_all(chunk.first_frame)
                 continue
-            under_way = any(each.session.under_way for each in self._all)
-            if self.front_end.follow_noise(chunk, under_way):  # speech before the step is lost
+            self.front_end.noise.push(chunk.energies)
+            if self.front_end.noise.follow_step():  # speech before the step is lost
                 events += self._break_off_all(chunk.first_frame - STEP_FRAMES)
             events += self._analyse(chunk)
         return events
@@ -216,31 +216,29 @@ class TemplateRecogniser:
             recognised = self._accepted(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._continue_after(sentence.words[-1].step.end_frame, end_frame)
+                self._continue_after(sentence.words[-1].step.end_frame)
                 return [recognised]
-            if not sentence.unfinished:
-                self.session.forget()
+            self.session.forget()
         speech = self._segments.ended(end_frame, self.session.under_way)
         if speech is not None:
-            self._continue_after(speech.end_sample // HOP_SAMPLES, end_frame)
+            self._continue_after(speech.end_sample // HOP_SAMPLES)
         return self._as_events(speech)
 
     def _as_events(self, speech: Garbled | None) -> list[Event]:
         return [speech] if speech is not None and self._source is Source.TEMPLATES else []
 
-    def _continue_after(self, frame: int, now: int) -> None:
-        """Mark speech until `frame` as handled, `now` a later one; the next speaker may be much fainter."""
+    def _continue_after(self, frame: int) -> None:
+        """Mark speech until `frame` as handled; the next speaker may be much fainter."""
         self.session.sleep()
         self._speech_age = 0
         self._reported_until = frame
-        self.front_end.activity.account_for(now - frame)
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
         s, start_frame = self._settings, sentence.words[0].step.start_frame
         if start_frame < self._whole_from:
             return None
         confidence = confidence_features(sentence).probability
-        if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
+        if confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         if sentence.pause > s.max_pause or self.session.lead_in(start_frame) > s.max_lead_in:
             return None

@@ -212,12 +212,12 @@ def test_the_time_of_each_stage_is_counted_while_it_is_asked_for_and_then_no_mor
     front_end, sound = SharedFrontEnd(), np.asarray(noise(2 * SAMPLE_RATE_HZ), np.float32)
     with stages.timed() as spent:
         for chunk in front_end.push(sound, False):
-            front_end.follow_noise(chunk, under_way=False)
+            front_end.noise.push(chunk.energies)
     assert spent["front end"] > 0.0
     assert spent["noise"] > 0.0
     assert spent["channel search"] == spent["people"] == 0.0
     told = dict(spent)
     for chunk in front_end.push(sound, False):
-        front_end.follow_noise(chunk, under_way=False)
+        front_end.noise.push(chunk.energies)
     assert spent == told
     assert frontend.energies_of is before

@@ -174,16 +174,6 @@ def test_nothing_is_sure_in_a_voice_that_nobody_has(seed: int) -> None:
     assert all(path.score < ROBOT_SCORE for path in SEARCH.paths(sound))
 
 
-def test_a_sentence_is_found_where_an_earlier_search_found_its_beginning() -> None:
-    heard = through_a_room(spoken("all, who is here"), 3)
-    sound = scene(AT + len(heard) + 40_000, (AT, heard), noise=1.0)
-    begun = SEARCH.paths(weighted(sound[: AT + len(heard) // 2]))[0]
-    cut = begun.starts[0] + 1000  # the beginning lies before the sound that is searched
-    assert all(path.starts[0] >= 0 for path in SEARCH.paths(weighted(sound[cut:])))
-    best = SEARCH.paths(weighted(sound[cut:]), earlier=[begun.shifted(-cut)])[0]
-    assert (best.words, best.starts[0]) == (("all", "who", "is", "here"), -1000)
-
-
 @pytest.mark.parametrize("others", [frozenset[str](), frozenset({"bot"})])
 def test_after_i_am_no_voice_says_the_name_of_a_robot_with_another(others: frozenset[str]) -> None:
     graph = WordGraph(

@@ -14,7 +14,7 @@ WORDS = (
     SentenceWord("rob", TracedWord(1, 30, 70, -30.0, 9.0), 0.15, 48.0, 1.1),
     SentenceWord("stop", TracedWord(2, 70, 110, -36.0, 30.0), 0.1, 48.0, 0.95),
 )
-GOOD = Sentence(WORDS, "oak", -90.0, 0.0, False)
+GOOD = Sentence(WORDS, "oak", -90.0, 0.0)
 
 
 def with_word(number: int, **changes: float) -> Sentence:

@@ -21,11 +21,11 @@ def tone(hz: float, seconds: float) -> NDArray[np.float64]:
     return np.asarray(sum(np.sin(2 * np.pi * k * hz * t) / np.sqrt(k) for k in (1, 3, 6)) * 0.03 + hiss)
 
 
-def tracked(sound: NDArray[np.float64], speech: bool = False) -> NDArray[np.float32]:
+def tracked(sound: NDArray[np.float64]) -> NDArray[np.float32]:
     tracker = NoiseTracker()
     energies = energies_of(np.asarray(sound, np.float32))
     for at in range(0, len(energies) - 3, 4):
-        tracker.push(energies[at : at + 4], speech=speech)
+        tracker.push(energies[at : at + 4])
         tracker.follow_step()
     return tracker.estimate
 
@@ -35,13 +35,10 @@ def off_db(estimate: NDArray[np.float32], sound: NDArray[np.float64]) -> NDArray
     return np.asarray(10.0 * np.log10(estimate / energies_of(np.asarray(sound, np.float32)).mean(axis=0)))
 
 
-@pytest.mark.parametrize("speech", [False, True])
 @pytest.mark.parametrize(("before_hz", "after_hz"), [(150.0, 260.0), (260.0, 190.0)])
-def test_a_motor_that_changes_its_speed_is_followed_in_half_a_second(
-    before_hz: float, after_hz: float, speech: bool
-) -> None:
+def test_a_motor_that_changes_its_speed_is_followed_in_half_a_second(before_hz: float, after_hz: float) -> None:
     after = tone(after_hz, 0.5)
-    estimate = tracked(np.concatenate([tone(before_hz, 4.0), after]), speech)
+    estimate = tracked(np.concatenate([tone(before_hz, 4.0), after]))
     assert np.abs(off_db(estimate, after[RATE // 8 :])).mean() < 1.5
 
 
@@ -58,7 +55,7 @@ def test_a_voice_is_no_noise() -> None:
     noise = 0.01 * np.random.default_rng(4).standard_normal(2 * RATE + len(said))
     sound = noise.copy()
     sound[2 * RATE :] += said
-    assert np.abs(off_db(tracked(sound, speech=True), noise)).mean() < 1.5
+    assert np.abs(off_db(tracked(sound), noise)).mean() < 1.5
 
 
 def test_steady_noise_spreads_as_the_front_end_has_it() -> None:

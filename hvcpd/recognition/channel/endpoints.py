@@ -28,7 +28,6 @@ from hvcpd.recognition.channel.whitening import (
     FRAME,
     interpolated,
     inverse_spectrum,
-    loudness_weights,
     moving_average,
     power_spectra,
 )
@@ -95,9 +94,8 @@ class OnsetDetector:
 
     def _greeting(self, heard: Samples, noise: Samples) -> Onset | None:
         inverse = inverse_spectrum(heard, noise)
-        weighted = heard * loudness_weights(heard, noise, inverse)
         there = interpolated(inverse, ONSET_WINDOW)
-        received = np.asarray(rfft(np.asarray(weighted, np.float32), ONSET_WINDOW) * there, np.complex64)
+        received = np.asarray(rfft(heard, ONSET_WINDOW) * there, np.complex64)
         lags = np.fft.irfft(self._spectra * received, ONSET_WINDOW)[:, : ONSET_STEP + FIRST_TAPS]
         energies = stretch_energies(lags) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])

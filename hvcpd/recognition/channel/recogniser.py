@@ -170,12 +170,11 @@ class ChannelRecogniser:
         if len(heard) < FRAME:
             return SearchResult()
         noise = noise_sample(segment.sound[: segment.lead], heard)
-        earlier = [path.shifted(-origin) for path in segment.earlier]
         reported: list[Path] = []
         sentences: list[Recognised] = []
         while len(reported) < MAX_SPEAKERS:
             sound = WhitenedSound(heard, noise)
-            paths, evidence = self._found(sound, segment.cut, earlier, reported)
+            paths, evidence = self._found(sound, segment.cut, reported)
             sure_at = sys.maxsize
             if evidence is not None and segment.cut and evidence.path.end + GOES_ON_WITHIN > sound.n:
                 sure_at, evidence = evidence.path.end + GOES_ON_WITHIN + origin, None
@@ -193,23 +192,20 @@ class ChannelRecogniser:
             heard -= received
         return SearchResult(tuple(sentences))
 
-    def _found(
-        self, sound: WhitenedSound, cut: bool, earlier: Sequence[Path], reported: Sequence[Path]
-    ) -> tuple[list[Path], Evidence | None]:
+    def _found(self, sound: WhitenedSound, cut: bool, reported: Sequence[Path]) -> tuple[list[Path], Evidence | None]:
         """The candidates in a sound apart from the `reported` sentences, most likely first; and the sentence that was
-        surely said. Other speaking rates are searched only where the usual rate finds nobody, or a sentence at another
-        one is in progress; sentences without a greeting only where none with it is sure: to seek all first words takes
-        ten times as long."""
-        others = any(path.book in self._books and path.book not in self._usual for path in earlier)
+        surely said. Other speaking rates are searched only where no sentence at the usual one is sure, or in progress;
+        sentences without a greeting only where none with it is sure: to seek all first words takes ten times as
+        long."""
         paths: list[Path] = []
         for search in self._searches[:1] if reported else self._searches:
             before = paths
             for greeted in (False,) if reported else (True, False):
-                found = search.paths(sound, reported, earlier, greeted)
+                found = search.paths(sound, reported, greeted)
                 paths = by_score(before + found)
                 if (best := self._certain(sound, paths)) is not None:
                     return paths, best
-            if not others and (not found or (cut and _in_progress(found, sound.n))):
+            if not found or (cut and _in_progress(found, sound.n)):
                 break
         return paths, None
 

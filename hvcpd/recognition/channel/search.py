@@ -36,7 +36,7 @@ the least of seven sentences reported beside another was 1,984."""
 MAX_STARTS_OF_WORD = 3
 """Maximum number of starts of each word in each voice."""
 MAX_STARTS = 20
-"""Maximum number of samples at which sentences may start, and of paths in progress that the next search takes over."""
+"""Maximum number of samples at which sentences may start, and of paths in progress that count."""
 MIN_DISTANCE = samples_in(0.1)
 """Least distance between these samples."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
@@ -52,13 +52,12 @@ ECHO_LEAD = samples_in(0.6)
 @dataclass(frozen=True, eq=False)
 class ChannelSegment:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
-    `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
+    `cut`: sound went on after it."""
 
     sound: Samples
     origin: int
     lead: int
     cut: bool = False
-    earlier: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,21 +87,17 @@ class ChannelSearch:
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(
-        self, sound: WhitenedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = (), greeted: bool = False
-    ) -> list[Path]:
+    def paths(self, sound: WhitenedSound, reported: Sequence[Path] = (), greeted: bool = False) -> list[Path]:
         """Sentences and partial sentences, those that explain most first. They start anywhere, if `greeted` with the
-        greeting, and where the paths `earlier` did, which were found in a shorter part of this sound. None in the voice
-        of a `reported` sentence starts within it: those would be its late echoes."""
+        greeting. None in the voice of a `reported` sentence starts within it: those would be its late echoes."""
         found: list[Path] = []
-        least = ROBOT_SCORE if reported else LEAST_START
-        for begun in (self._resumed(sound, earlier), self._started(sound, greeted)):
-            new = [path for path in begun if not any(_is_within(path, each) for each in reported)]
-            for level in _by_start(new, least):
-                best = by_score(found)[:1]
-                while level := pruned(level, best):
-                    found += level
-                    level = self._extend(sound, level)
+        begun = self._started(sound, greeted)
+        new = [path for path in begun if not any(_is_within(path, each) for each in reported)]
+        for level in _by_start(new, ROBOT_SCORE if reported else LEAST_START):
+            best = by_score(found)[:1]
+            while level := pruned(level, best):
+                found += level
+                level = self._extend(sound, level)
         return by_score(found)
 
     def is_whole(self, path: Path) -> bool:
@@ -117,18 +112,9 @@ class ChannelSearch:
             for word, node in firsts:
                 places = [place for said in sayable(self._graph, book, word, 0, node) for place in _starts(sound, said)]
                 best = sorted(places, key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
-                begun += [self._beginning(book, word, node, said, at) for _, said, at in best]
+                empty = Path.empty(book, self._graph.start)
+                begun += [Extension(empty, word, node, 0, said, at, MAX_SHIFT, 0.0) for _, said, at in best]
         return extended(sound, begun, FIRST_TAPS)
-
-    def _resumed(self, sound: WhitenedSound, earlier: Sequence[Path]) -> list[Path]:
-        """The first words of paths that were found in a shorter part of this sound."""
-        nodes = dict(self._graph.following[self._graph.start])
-        known = dict.fromkeys((path.book, path.words[0], path.renderings[0], path.starts[0]) for path in earlier)
-        begun = [self._beginning(b, word, nodes[word], said, at) for b, word, said, at in known if b in self._books]
-        return extended(sound, begun, FIRST_TAPS)
-
-    def _beginning(self, book: RenderedVoice, word: str, node: int, said: Rendering, at: int) -> Extension:
-        return Extension(Path.empty(book, self._graph.start), word, node, 0, said, at, MAX_SHIFT, 0.0)
 
     def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""

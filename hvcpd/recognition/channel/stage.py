@@ -167,10 +167,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if cut:
             segment.end = self._now
         before = next((each for each in reversed(self._closed) if each.in_progress), None)
-        earlier: tuple[Path, ...] = ()
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
             segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * LONGEST_SENTENCE)
-            earlier = before.in_progress
             segment.held_events = before.held_events + segment.held_events
             self._closed.remove(before)
         segment.closed_at = self._now
@@ -180,7 +178,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             segment.result = SearchResult()
             return
         sound, lead = self.first_pass.history.unmasked(segment.begin - NOISE_LEAD, segment.begin, self._now)
-        segment.job = ChannelSegment(sound, segment.begin - lead, lead, cut, earlier)
+        segment.job = ChannelSegment(sound, segment.begin - lead, lead, cut)
         self._searched_at = self._now
         if not self._worker.submit(segment.job, self._searcher.search):
             segment.result = SearchResult()

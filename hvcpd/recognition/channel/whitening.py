@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.frontend import HOP_SAMPLES, SILENT_POWER, TINY, frames_of, power_ratio, rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, power_ratio, rfft
 
 FRAME = 1024
 BINS = FRAME // 2 + 1
@@ -21,16 +21,11 @@ BAND_HZ = (100.0, 7600.0)
 """Band that counts: rumble lies below it, and converters' filters differ above it."""
 LATE_ECHO_SHARE = 0.3
 """Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
-LOUD = 4.0
-"""Ratio to the noise's power above which sound is weighted by its own power: clatter and loud echoes are noise."""
 EMPTY_SHARE = power_ratio(-35.0)
 """Power of a bin relative to that of bins of LOUD_QUANTILE below which it counts nothing: whitened, the empty
 bands of a narrow microphone outweigh all others, and any voice seems to be a robot's (docs/decisions/channel.md)."""
 LOUD_QUANTILE = 0.75
 """A hum does not change it, and a band up to 3.4 kHz suffices for it."""
-LEAST_NOISE = 1e-6
-"""Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
-before somebody speaks, and single precision is not enough for more."""
 
 CELL = 512
 """Samples (32 ms) of a cell: as long as a response."""
@@ -66,14 +61,6 @@ def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     within = (hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1])
     counts = within & (received >= EMPTY_SHARE * quantile(received[within], LOUD_QUANTILE))
     return np.where(counts, 1.0 / (alone + LATE_ECHO_SHARE * received + SILENT_POWER), 0.0)
-
-
-def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
-    gains = np.sqrt(inverse)
-    power = _power(filtered(heard, gains))
-    floor = max(quantile(_power(filtered(noise, gains)), 0.5), LEAST_NOISE * float(power.mean()), TINY)
-    return (1.0 + power / (LOUD * floor)) ** -0.5
 
 
 def cell_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> Spectrum:
@@ -138,13 +125,3 @@ def power_spectra(sound: Samples) -> Spectrum:
 def moving_average(values: NDArray[np.floating], reach: int) -> NDArray[np.float64]:
     """The mean over `reach` neighbours on either side."""
     return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
-
-
-def _power(sound: Samples) -> NDArray[np.float64]:
-    """Mean power around each sample, over 20 ms twice, shape (n,)."""
-    half = HOP_SAMPLES
-    power = np.square(sound, dtype=np.float64)
-    for _ in range(2):
-        total = np.cumsum(np.pad(power, (half + 1, half), mode="edge"))
-        power = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
-    return np.maximum(power, 0.0)

@@ -133,7 +133,7 @@ class KeywordNet:
         self._turn += 1
         matrix, offsets = self._weights.out
         logits = self._weights.slopes * (found @ matrix + offsets) + self._weights.intercepts
-        word, call = 1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0)))
+        word, call = 0.5 + 0.5 * np.tanh(0.5 * logits)  # the logistic function
         return Posteriors(float(word), float(call))
 
 
