@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 
@@ -142,8 +142,17 @@ def requests(
 
 def _spoken(texts: Callable[[int], Sequence[Phrases]], seed: int) -> Spoken:
     """Sentences by each of the voices, whose number `texts` gets."""
-    flite = {f.name: _in_one_manner(f) for f in foreigners() if f.name.startswith("flite")}
-    voices, chooser = {**test_voices(), **flite}, random.Random(seed)
+    return spoken_by({**test_voices(), **flite_voices()}, texts, seed)
+
+
+def flite_voices() -> dict[str, Talker]:
+    """Those of flite's that are installed, at their usual pace."""
+    return {f.name: _in_one_manner(f) for f in foreigners() if f.name.startswith("flite")}
+
+
+def spoken_by(voices: Mapping[str, Talker], texts: Callable[[int], Sequence[Phrases]], seed: int) -> Spoken:
+    """Sentences by each of these voices, whose number `texts` gets."""
+    chooser = random.Random(seed)
     return [
         (tuple(w for p in ps for w in p), say(ps, chooser))
         for number, say in enumerate(voices.values())

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 MKDOCS = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 TEXTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s]*)\)")
-FENCED = re.compile(r"^```.*?^```$|^    .*$|`[^`\n]+`", re.M | re.S)
+FENCED = re.compile(r"^```.*?^```$|^    [^\n]*$|`[^`\n]+`", re.M | re.S)
 EXAMPLE = re.compile(r"<!-- own \w+ -->\n +```yaml\n(.*?)```", re.S)
 
 
@@ -28,10 +28,12 @@ def linked(path: Path) -> list[str]:
 
 
 def anchors(path: Path) -> set[str]:
-    """The anchors of a page's headings, as GitHub and mkdocs make them of plain words."""
-    heads = re.findall(r"^#+ +(.+)$", path.read_text(encoding="utf-8"), re.M)
+    """The anchors of a page: its own, and those of headings, as GitHub and mkdocs make them of plain words."""
+    text = path.read_text(encoding="utf-8")
+    heads = re.findall(r"^#+ +(.+)$", text, re.M)
     plain = (re.sub(r"\[([^]]*)\]\([^)]*\)|[`*]", r"\1", head) for head in heads)
-    return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in plain}
+    own = re.findall(r'<a id="([^"]+)">', text)
+    return {*own, *(re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in plain)}
 
 
 def test_every_page_is_linked_from_another_one() -> None:
