@@ -23,6 +23,8 @@ FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
 SLOW_FRAMES = 16
 """160 ms, about a syllable: for speech too weak for the fast window."""
+LONG_FRAMES = 48
+"""480 ms, about a short word: for speech below the noise. The network is woken with what was heard since."""
 LEAST_LOG_RATIO, MOST_LOG_RATIO = np.float32(-1.0), np.float32(3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
 N_GROUPS = 3
@@ -32,8 +34,8 @@ ONSET, RELEASE = 0.8, 0.45
 which nobody does any more, after RELEASE_FRAMES."""
 RELEASE_FRAMES = 16
 """160 ms, which bridge the closures of stop consonants and the commas' pauses."""
-ALERT = 0.3
-"""Threshold of the slow window that wakes the network: the most in 5 minutes of steady noise."""
+ALERT, LONG_ALERT = 0.3, 0.18
+"""Thresholds of the slow and the long window that wake the network: the most in 5 minutes of steady noise."""
 MIN_SPEECH_FRAMES = 30
 """0.3 s: shorter sounds are knocks and clicks."""
 MIN_MODULATION = 0.35
@@ -52,7 +54,7 @@ class VoiceActivityDetector:
         groups = np.kron(np.eye(N_GROUPS), np.full((N_BANDS // N_GROUPS, 1), N_GROUPS / N_BANDS))
         self._groups = np.hstack([groups, np.full((N_BANDS, 1), 1.0 / N_BANDS)]).astype(np.float32)
         """Weights of the bands in the means over each group, and over all bands, shape (N_BANDS, N_GROUPS + 1)."""
-        self._history = np.zeros((SLOW_FRAMES, N_GROUPS + 1), np.float32)
+        self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self._quiet_frames = 0
         self.busy = False
         """Somebody else is speaking."""
@@ -66,13 +68,18 @@ class VoiceActivityDetector:
         np.minimum(np.maximum(ratio, LEAST_LOG_RATIO, out=ratio), MOST_LOG_RATIO, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
-        fast, slow = (float(self._history[-n:].mean(axis=0).max()) for n in (FAST_FRAMES, SLOW_FRAMES))
-        self.possible_speech = slow > ALERT or fast > ONSET
+        lengths = FAST_FRAMES, SLOW_FRAMES, LONG_FRAMES
+        fast, slow, long = (float(self._history[-n:].mean(axis=0).max()) for n in lengths)
+        self.possible_speech = slow > ALERT or fast > ONSET or long > LONG_ALERT
         if fast > ONSET:
             self.busy = True
         self._quiet_frames = 0 if fast > RELEASE else self._quiet_frames + n
         if self._quiet_frames >= RELEASE_FRAMES:
             self.busy = False
+
+    def account_for(self, n_after: int) -> None:
+        """Forget all but the last `n_after` frames, which a sentence explains. Ongoing speech will trigger it again."""
+        self._history[: max(LONG_FRAMES - n_after, 0)] = 0.0
 
     def reset(self) -> None:
         """Start again in silence, for example after the robot's own words."""

@@ -216,22 +216,23 @@ class TemplateRecogniser:
             recognised = self._accepted(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._continue_after(sentence.words[-1].step.end_frame)
+                self._continue_after(sentence.words[-1].step.end_frame, end_frame)
                 return [recognised]
             self.session.forget()
         speech = self._segments.ended(end_frame, self.session.under_way)
         if speech is not None:
-            self._continue_after(speech.end_sample // HOP_SAMPLES)
+            self._continue_after(speech.end_sample // HOP_SAMPLES, end_frame)
         return self._as_events(speech)
 
     def _as_events(self, speech: Garbled | None) -> list[Event]:
         return [speech] if speech is not None and self._source is Source.TEMPLATES else []
 
-    def _continue_after(self, frame: int) -> None:
-        """Mark speech until `frame` as handled; the next speaker may be much fainter."""
+    def _continue_after(self, frame: int, now: int) -> None:
+        """Mark speech until `frame` as handled, `now` a later one; the next speaker may be much fainter."""
         self.session.sleep()
         self._speech_age = 0
         self._reported_until = frame
+        self.front_end.activity.account_for(now - frame)
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
         s, start_frame = self._settings, sentence.words[0].step.start_frame
