@@ -15,8 +15,10 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from math import comb
 from pathlib import Path
+from statistics import median
+
+from scipy.stats import binom
 
 from tests.control.obliging import obliging_robot
 
@@ -47,13 +49,8 @@ def processor_s(words: Sequence[str], environment: dict[str, str], folder: Path)
 
 def described(values: Sequence[float]) -> str:
     """The median and its interval."""
-    ordered, n = sorted(values), len(values)
-    below, rank = 0.0, 0
-    while (below := below + comb(n, rank) / 2**n) <= 0.025:
-        rank += 1
-    rank = max(rank, 1)
-    middle = (ordered[(n - 1) // 2] + ordered[n // 2]) / 2.0
-    return f"{middle:6.3f} s  [{ordered[rank - 1]:.3f}, {ordered[-rank]:.3f}]"
+    ordered, rank = sorted(values), max(int(binom.ppf(0.025, len(values), 0.5)), 1)
+    return f"{median(values):6.3f} s  [{ordered[rank - 1]:.3f}, {ordered[-rank]:.3f}]"
 
 
 def main() -> None:

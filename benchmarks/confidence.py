@@ -13,7 +13,6 @@ import argparse
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, fields
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from scipy.signal import fftconvolve
 from benchmarks.hearing.material import BLOCK, GAP_S, Spoken, Team, make_stream
 from benchmarks.hearing.mixing import add_noise, mix
 from benchmarks.hearing.noises import KINDS, make_noise
+from benchmarks.judging import reliability, tell_reliability
 from hvcpd.assembly.make import templates
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -150,10 +150,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     features = np.array([astuple(confidence_features(sentence)) for sentence, _ in found])
     *weights, bias = fit(features, y)
     probability = 1.0 / (1.0 + np.exp(-(features @ weights + bias)))
-    for low, high in pairwise((0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)):
-        there = (probability >= low) & (probability < high)
-        share = f"{y[there].mean():.3f} right" if there.any() else "-"
-        print(f"confidence {low:.2f} to {high:.2f}: {there.sum():4d} sentences, {share}")
+    tell_reliability(reliability(zip(probability, y, strict=True), (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)))
     sure = probability >= RecogniserSettings.min_confidence
     talk = ", people's talk" if o.data else ""
     return {

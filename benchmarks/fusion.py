@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.fusion_cases import Case, all_cases
+from benchmarks.judging import reliability, tell_reliability
 from benchmarks.people_stage import Stage
 from hvcpd.language.wordings import same_meaning
 from hvcpd.people import fusion
@@ -38,7 +38,7 @@ EVIDENCE = (
     "nearest_logit",
 )
 """Names of the weights of `fusion.confidence_features`."""
-LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.01)
+LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)
 
 
 def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
@@ -88,7 +88,7 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities:
         print(f"{kind:44} {counts[0]}   {counts[1]}   ({stops})")
 
 
-def reliability(values: Floats, right: Floats, counts: Floats) -> None:
+def cross_validate(values: Floats, right: Floats, counts: Floats) -> None:
     """How many of the sentences of each confidence were right, each judged by a fit that did not see it."""
     fold = np.arange(len(values)) % FOLDS
     probability = np.zeros(len(values))
@@ -96,10 +96,8 @@ def reliability(values: Floats, right: Floats, counts: Floats) -> None:
         seen = fold != number
         weights = fit_probability(values[seen], right[seen], counts[seen])
         probability[~seen] = 1.0 / (1.0 + np.exp(-values[~seen] @ weights))
-    for low, high in pairwise(LEVELS):
-        there = (probability >= low) & (probability < high) & (counts >= 1.0)
-        share = f"{right[there].mean():6.1%} right" if there.any() else "-"
-        print(f"confidence {low:.2f} to {min(high, 1.0):.2f}: {there.sum():5d} sentences, {share}")
+    whole = counts >= 1.0
+    tell_reliability(reliability(zip(probability[whole], right[whole] > 0.0, strict=True), LEVELS))
 
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
@@ -112,7 +110,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     weights = fit_probability(values, right, counts)
     probabilities = 1.0 / (1.0 + np.exp(-values @ weights))
     tell(cases, [words for words, _ in found], probabilities)
-    reliability(values, right, counts)
+    cross_validate(values, right, counts)
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
     people = ", words of 20 people, people's talk, sounds, digits" if o.data is not None else ""
     people += ", lines of games" if any(case.kind == "actors' lines" for case in cases) else ""

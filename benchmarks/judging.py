@@ -1,4 +1,4 @@
-"""Shared parts of the benchmarks of the voice: the talkers and the noise."""
+"""Shared parts of benchmarks: the talkers and the noise, and how often what is so sure is right."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import shutil
 import subprocess
 import tempfile
 import wave
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -84,3 +86,21 @@ def talkers(lexicon: Lexicon) -> dict[str, Talker]:
         else:
             print(f"{name}: skipped, needs the programs {command[0]} and sox")
     return found
+
+
+def reliability(told: Iterable[tuple[float, bool]], levels: Sequence[float]) -> list[tuple[float, float, int, int]]:
+    """Of sentences, each with its confidence and whether it is right: between two levels each, how many there are and
+    how many of them are right. A confidence of 1 counts below the last level, 1."""
+    each = list(told)
+    found = []
+    for low, high in pairwise(levels):
+        here = [right for p, right in each if low <= p < high or p == high == 1.0]
+        found.append((low, high, len(here), sum(here)))
+    return found
+
+
+def tell_reliability(rows: Sequence[tuple[float, float, int, int]]) -> None:
+    """A line for each, with its interval."""
+    for low, high, n, right in rows:
+        share = "{:.0%} [{:.0%}, {:.0%}]".format(right / n, *wilson(right, n)) if n else "-"
+        print(f"confidence {low:.2f} to {high:.2f}: {n:5} sentences, right {share}")

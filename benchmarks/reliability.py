@@ -19,9 +19,10 @@ import argparse
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, islice, pairwise
+from itertools import chain, islice
 from pathlib import Path
 
+from benchmarks.judging import reliability, tell_reliability
 from benchmarks.people_material import alone, sentences
 from benchmarks.people_rooms import NOISES, flite_voices, requests, rooms, spoken_by
 from benchmarks.people_stage import NAMES, Stage
@@ -97,15 +98,6 @@ def _anybodys(words: Words) -> Words:
     return by_name(words, FRIEND) if "am" in words[:-1] else words
 
 
-def reliability(judged: Sequence[Judged]) -> list[tuple[float, float, int, int]]:
-    """Between two LEVELS each: how many sentences, and how many of them are right."""
-    found = []
-    for low, high in pairwise(LEVELS):
-        here = [each.right for each in judged if low <= each.probability < high or each.probability == high == 1.0]
-        found.append((low, high, len(here), sum(here)))
-    return found
-
-
 def right_where(judged: Sequence[Judged], wrong: int) -> int:
     """Right ones that are surer than all but so many wrong ones."""
     false = sorted((each.probability for each in judged if not each.right), reverse=True)
@@ -164,10 +156,8 @@ def main() -> None:
         print(
             f"{place:42} likeliest {likeliest:3} of {len(here)}; sure: right {sum(sure)}, wrong {len(sure) - sum(sure)}"
         )
-    rows = reliability(judged)
-    for low, high, n, right in rows:
-        share = "{:.0%} [{:.0%}, {:.0%}]".format(right / n, *wilson(right, n)) if n else "-"
-        print(f"confidence {low:.2f} to {high:.2f}: {n:4} sentences, right {share}")
+    rows = reliability(((each.probability, each.right) for each in judged), LEVELS)
+    tell_reliability(rows)
     best = ", ".join(str(right_where(judged, wrong)) for wrong in WRONG)
     print(f"right where {', '.join(map(str, WRONG))} wrong ones are told: {best} of {len(judged)}")
     if o.plot is not None:

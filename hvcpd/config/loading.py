@@ -196,9 +196,8 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
             }
             return make_dict_structure_fn(cls, converter, **checks)
 
-        return _of_group(
-            lambda value: inner()(value, cls), f" ({', '.join(field.name for field in fields)})", "key: value"
-        )
+        known = ", ".join(field.name for field in fields)
+        return _of_group(lambda value: inner()(value, cls), f" ({known})", "key: value")
 
     def tuple_hook(value: Any, type_: Any) -> Any:
         if not isinstance(value, list):

@@ -218,9 +218,10 @@ class DecoderSession:
         self._bests.append(self.best.cost)
 
     def _retune(self, level: float) -> None:
-        if level > 0.0 and not self.under_way:
-            off_db = decibels(level / max(self._gain, SILENT_POWER))
-            self._gain = level if abs(off_db) > GAIN_STEP_DB else self._gain
+        if level <= 0.0 or self.under_way:
+            return
+        if abs(decibels(level / max(self._gain, SILENT_POWER))) > GAIN_STEP_DB:
+            self._gain = level
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""

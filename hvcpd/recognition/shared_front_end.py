@@ -54,6 +54,9 @@ class VoiceActivityDetector:
         groups = np.kron(np.eye(N_GROUPS), np.full((N_BANDS // N_GROUPS, 1), N_GROUPS / N_BANDS))
         self._groups = np.hstack([groups, np.full((N_BANDS, 1), 1.0 / N_BANDS)]).astype(np.float32)
         """Weights of the bands in the means over each group, and over all bands, shape (N_BANDS, N_GROUPS + 1)."""
+        lengths = np.array([[FAST_FRAMES], [SLOW_FRAMES], [LONG_FRAMES]])
+        self._windows = ((np.arange(LONG_FRAMES) >= LONG_FRAMES - lengths) / lengths).astype(np.float32)
+        """Weights of the history's frames in the means over the last of them, shape (3, LONG_FRAMES)."""
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self._quiet_frames = 0
         self.busy = False
@@ -68,8 +71,7 @@ class VoiceActivityDetector:
         np.minimum(np.maximum(ratio, LEAST_LOG_RATIO, out=ratio), MOST_LOG_RATIO, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
-        lengths = FAST_FRAMES, SLOW_FRAMES, LONG_FRAMES
-        fast, slow, long = (float(self._history[-n:].mean(axis=0).max()) for n in lengths)
+        fast, slow, long = np.maximum.reduce(self._windows @ self._history, axis=1).tolist()
         self.possible_speech = slow > ALERT or fast > ONSET or long > LONG_ALERT
         if fast > ONSET:
             self.busy = True

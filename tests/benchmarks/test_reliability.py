@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.reliability import Judged, reliability, right_where
+from benchmarks.judging import reliability
+from benchmarks.reliability import LEVELS, Judged, right_where
 
 JUDGED = [
     Judged("here", p, right) for p, right in ((0.99, True), (0.96, False), (0.85, True), (0.85, False), (0.4, True))
@@ -10,7 +11,8 @@ JUDGED = [
 
 
 def test_each_sentence_counts_between_two_levels() -> None:
-    assert reliability([*JUDGED, Judged("here", 1.0, True)]) == [
+    told = [*((each.probability, each.right) for each in JUDGED), (1.0, True)]
+    assert reliability(told, LEVELS) == [
         *((0.0, 0.3, 0, 0), (0.3, 0.5, 1, 1), (0.5, 0.7, 0, 0), (0.7, 0.8, 0, 0)),
         *((0.8, 0.9, 2, 1), (0.9, 0.95, 0, 0), (0.95, 1.0, 3, 2)),
     ]

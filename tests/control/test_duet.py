@@ -311,7 +311,7 @@ async def test_robots_that_end_are_not_broken_off() -> None:
 
     async def robot(name: str, rounds: int) -> None:
         try:
-            await asyncio.sleep(3600.0)
+            await asyncio.Event().wait()  # until it is cancelled
         finally:
             for _ in range(rounds):
                 await asyncio.sleep(0.0)

@@ -109,10 +109,10 @@ class ChannelSearch:
         begun: list[Extension] = []
         firsts = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
         for book in self._books:
+            empty = Path.empty(book, self._graph.start)
             for word, node in firsts:
                 places = [place for said in sayable(self._graph, book, word, 0, node) for place in _starts(sound, said)]
                 best = sorted(places, key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
-                empty = Path.empty(book, self._graph.start)
                 begun += [Extension(empty, word, node, 0, said, at, MAX_SHIFT, 0.0) for _, said, at in best]
         return extended(sound, begun, FIRST_TAPS)
 
