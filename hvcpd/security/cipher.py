@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hvcpd.security.keys import TeamKey
 from hvcpd.security.seal import COUNTER_BYTES, Sentence, framed
 
 if TYPE_CHECKING:
@@ -31,6 +32,10 @@ class Message:
     sentence: Sentence
     packet: int
     n_bytes: int
+
+    def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, bytes] | None:
+        """The first of `counters` under which it is its speaker's, and the decrypted statement."""
+        return Ciphers(key.cipher_key(self.sentence.speaker), self.sentence, challenge).find(self, counters)
 
 
 class Ciphers:

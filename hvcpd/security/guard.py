@@ -75,33 +75,13 @@ class _Sealed:
     bits: int
 
     def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, None] | None:
-        """Which of `counters` it fits under the speaker's key."""
+        """The first of `counters` under which it is its speaker's; it has nothing to decrypt."""
         seals = Seals(key.voice_key(self.sentence.speaker), self.sentence, challenge, self.bits)
         found = seals.find(self.seal, counters)
         return (found, None) if found is not None else None
 
 
-@dataclass(frozen=True)
-class _Encrypted:
-    """An encrypted statement as a proof."""
-
-    message: Message
-
-    @property
-    def sentence(self) -> Sentence:
-        return self.message.sentence
-
-    @property
-    def seal(self) -> int:
-        return self.message.packet
-
-    def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, bytes] | None:
-        """The one of `counters` that it fits, and the decrypted statement."""
-        ciphers = Ciphers(key.cipher_key(self.sentence.speaker), self.sentence, challenge)
-        return ciphers.find(self.message, counters)
-
-
-_Proof = _Sealed | _Encrypted
+_Proof = _Sealed | Message
 
 
 @dataclass(frozen=True)
@@ -190,7 +170,7 @@ class Guard:
     def judge_message(self, message: Message, now: float) -> Verdict:
         """The verdict on an encrypted statement, and the statement. If it asks to say something again, the caller
         reports that by `challenged`."""
-        return self._judge(_Encrypted(message), now)
+        return self._judge(message, now)
 
     def challenged(self, sentence: Sentence, seal: int, verdict: Verdict, now: float) -> None:
         """Note that the sentence judged last asks its addressee to repeat a sentence."""
@@ -248,6 +228,7 @@ class Guard:
             return Verdict(Trust.USED, plain=self._taken[proof])
         challenge = _valid(self._asked.get(name), now)
         overheard = _valid(self._overheard.get(name), now)
+        others = (None,) if overheard is None else (None, overheard)
         verdict = Verdict(Trust.WRONG)
         for key in self._ring.accepted:
             if challenge is not None and (found := self._take(key, name, proof, challenge)):
@@ -255,15 +236,12 @@ class Guard:
                 self._present_s[name] = (now, now)
                 self._trust_counter(key, name)
                 return Verdict(Trust.FRESH, plain=found[1])
-            if self._doubts_counter(key, name):
-                doubt = self._doubtful(key, name, proof, challenge)
-                verdict = max(verdict, doubt, key=lambda v: _RANK.index(v.trust))
-                continue
-            if found := self._take(key, name, proof, None):
-                return Verdict(self._presence(name, now), plain=found[1])
-            if overheard is not None and (found := self._take(key, name, proof, overheard)):
-                return Verdict(self._presence(name, now), plain=found[1])
-            verdict = max(verdict, self._elsewhere(key, name, proof, challenge), key=lambda v: _RANK.index(v.trust))
+            is_doubted = self._doubts_counter(key, name)
+            for other in () if is_doubted else others:
+                if found := self._take(key, name, proof, other):
+                    return Verdict(self._presence(name, now), plain=found[1])
+            elsewhere = self._elsewhere(key, name, proof, challenge, 0 if is_doubted else NEAR)
+            verdict = max(verdict, elsewhere, key=lambda v: _RANK.index(v.trust))
         return verdict
 
     def _presence(self, name: str, now: float) -> Trust:
@@ -286,13 +264,14 @@ class Guard:
             self._saves[_name(key, name)] = found[0]
         return found
 
-    def _elsewhere(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
-        """Why a seal was not accepted: it is old, or far ahead, which is remembered."""
+    def _elsewhere(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None, near: int) -> Verdict:
+        """Why a seal was not accepted: it is old, or ahead by more than `near`, which is remembered; 0 of a doubted
+        speaker, who is asked again, for a seal that may come next may also be one that was heard before."""
         heard = self._heard_of(key, name)
         if found := proof.find(key, None, range(max(heard.last + 1 - KEPT, 0), heard.last + 1)):
             return Verdict(Trust.USED, plain=found[1])
-        far = self._far_cipher if isinstance(proof, _Encrypted) else FAR
-        ahead = range(heard.last + 1 + NEAR, heard.last + 1 + far)
+        far = self._far_cipher if isinstance(proof, Message) else FAR
+        ahead = range(heard.last + 1 + near, heard.last + 1 + far)
         found = proof.find(key, None, ahead)
         if found is None and challenge is not None:
             found = proof.find(key, challenge, ahead)
@@ -311,15 +290,6 @@ class Guard:
             sure = {SURE + _name(key, name): self._doubts[DOUBTED + key.fingerprint]}
             self._doubts |= sure
             self._saves |= sure
-
-    def _doubtful(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
-        """A seal that may come next may also be one that was heard before: its speaker is asked again."""
-        heard = self._heard_of(key, name)
-        found = proof.find(key, None, range(heard.last + 1, heard.last + 1 + NEAR))
-        if found is None:
-            return self._elsewhere(key, name, proof, challenge)
-        self._heard[_name(key, name)] = replace(heard, far=found[0])
-        return Verdict(Trust.AHEAD, plain=found[1])
 
     def _heard_of(self, key: TeamKey, name: str) -> _Heard:
         if name == self._own and key == self._ring.spoken:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
@@ -73,8 +72,3 @@ class GrowingSilence:
         since_s = max(record.at_s, min(record.silent_until_s, now))
         record.level = max(record.level - max(now - since_s, 0.0) / self.patience.forgive_s, 0.0)
         record.at_s = now
-
-    @property
-    def levels(self) -> Mapping[str, float]:
-        """Number of remembered wrong seals, by name."""
-        return {name: record.level for name, record in self._records.items()}
