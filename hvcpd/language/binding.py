@@ -9,7 +9,6 @@ from hvcpd.language import messages as m
 from hvcpd.language.forms import SLOT_FIELDS, Form
 from hvcpd.language.pattern import Bindings, Node, parse_pattern, parts_of
 from hvcpd.language.spelling import written_name
-from hvcpd.language.words import shared
 
 _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement", "mark"}
 
@@ -31,8 +30,7 @@ def compile_form(form: Form) -> CompiledForm:
     """The form with all that follows from its pattern."""
     node = parse_pattern(form.pattern)
     parts = parts_of(node)
-    sets = (parts.slots, parts.needed_slots, parts.needed_words, parts.words)
-    return CompiledForm(form, node, *map(shared, sets))
+    return CompiledForm(form, node, parts.slots, parts.needed_slots, parts.needed_words, parts.words)
 
 
 def build(form: Form, bindings: Bindings) -> m.Utterance:

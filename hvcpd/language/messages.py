@@ -11,20 +11,11 @@ from hvcpd.language.addressees import Addressee as Addressee
 from hvcpd.language.addressees import ToAll as ToAll
 from hvcpd.language.addressees import ToRobot as ToRobot
 from hvcpd.language.addressees import ToTeam as ToTeam
-from hvcpd.language.motions import ComeBack as ComeBack
-from hvcpd.language.motions import Motion as Motion
-from hvcpd.language.motions import MoveBy as MoveBy
-from hvcpd.language.motions import TurnBy as TurnBy
-from hvcpd.language.motions import WillMove as WillMove
 from hvcpd.language.place_messages import PlaceFree as PlaceFree
 from hvcpd.language.place_messages import PlaceGiven as PlaceGiven
 from hvcpd.language.place_messages import PlaceStatement
 from hvcpd.language.place_messages import PlaceTaken as PlaceTaken
 from hvcpd.language.place_messages import PlaceWanted as PlaceWanted
-from hvcpd.language.proofs import Cipher as Cipher
-from hvcpd.language.proofs import Code as Code
-from hvcpd.language.proofs import Mark as Mark
-from hvcpd.language.proofs import Seal as Seal
 from hvcpd.language.range_messages import CannotMeasure as CannotMeasure
 from hvcpd.language.range_messages import HowFarAway as HowFarAway
 from hvcpd.language.range_messages import Measured as Measured
@@ -45,6 +36,36 @@ from hvcpd.language.task_messages import TaskStatement
 from hvcpd.language.task_messages import Unable as Unable
 from hvcpd.language.task_messages import Unknown as Unknown
 from hvcpd.language.task_messages import Working as Working
+
+
+@dataclass(frozen=True)
+class ComeBack:
+    """Drive to where you started."""
+
+
+@dataclass(frozen=True)
+class MoveBy:
+    """Drive straight on (or back) by a distance in metres."""
+
+    distance_m: float
+    back: bool = False
+
+
+@dataclass(frozen=True)
+class TurnBy:
+    """Turn on the spot by an angle in degrees, counter-clockwise positive (REP-103)."""
+
+    angle_deg: float
+
+
+Motion = ComeBack | MoveBy | TurnBy
+
+
+@dataclass(frozen=True)
+class WillMove:
+    """The speaker will make this motion: the read-back of its order."""
+
+    motion: Motion
 
 
 @dataclass(frozen=True)
@@ -221,6 +242,31 @@ Statement = (
     | Distrusted
     | SealedMessage
 )
+
+
+@dataclass(frozen=True)
+class Seal:
+    """A robot's seal after a sentence, which proves its speaker: a number of four code words."""
+
+    value: int
+
+
+@dataclass(frozen=True)
+class Code:
+    """A person's code after a sentence, for the same purpose: six digits that are valid once."""
+
+    digits: str = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Cipher:
+    """A statement, encrypted: a number of `n_words` code words, said in the statement's place."""
+
+    value: int
+    n_words: int
+
+
+Mark = Seal | Code | Cipher
 
 
 def parts(utterance: Utterance) -> tuple[Utterance, ...]:

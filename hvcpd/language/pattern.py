@@ -10,7 +10,6 @@ from itertools import takewhile
 from typing import NamedTuple
 
 from hvcpd.language.spelling import letters_of
-from hvcpd.language.words import shared
 
 Words = tuple[str, ...]
 Bindings = dict[str, object]
@@ -50,7 +49,7 @@ class Choice:
     @cached_property
     def slots(self) -> tuple[frozenset[str], ...]:
         """The names of all slots below each option."""
-        return tuple(shared(parts_of(option).slots) for option in self.options)
+        return tuple(parts_of(option).slots for option in self.options)
 
 
 Node = Word | Pause | Slot | Series | Choice

@@ -22,7 +22,7 @@ from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable,
 from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, Node, SlotValues, Words, as_rendered, match, render
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
-from hvcpd.language.words import digit_words, number_words, shared, spoken_phrases, spoken_words, strict_words
+from hvcpd.language.words import digit_words, number_words, spoken_phrases, spoken_words, strict_words
 
 _T = TypeVar("_T")
 
@@ -276,7 +276,7 @@ class Phrasebook:
         """Each form with all words that its sentences may have; None where those are any letters."""
         said = {slot: frozenset(chain.from_iterable(values.values())) for slot, values in self.slots.items()}
         return tuple(
-            (c, None if LETTERS_SLOT in c.slots else shared(c.all_words.union(*(said[slot] for slot in c.slots))))
+            (c, None if LETTERS_SLOT in c.slots else c.all_words.union(*(said[slot] for slot in c.slots)))
             for c in self._forms
         )
 

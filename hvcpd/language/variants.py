@@ -56,7 +56,7 @@ def variants(word: str) -> Iterator[Words]:
     """Other readings of a typed word, the likeliest first."""
     if word in _WHOLE:
         yield _WHOLE[word]
-        yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))
+        yield (_one_or_many(_WHOLE[word][0]),)
     if (found := _CLITIC.search(word)) and found[0] in _ENDINGS:
         yield (word[: found.start()], _ENDINGS[found[0]])
     if decimal := _DECIMAL.fullmatch(word):
@@ -71,12 +71,12 @@ def variants(word: str) -> Iterator[Words]:
         respelled = pattern.sub(other, word)
         if respelled != word:
             yield (respelled,)
-            yield from ((each,) for each in _one_or_many(respelled))
-    yield from ((each,) for each in _one_or_many(word))
+            yield (_one_or_many(respelled),)
+    yield (_one_or_many(word),)
 
 
-def _one_or_many(word: str) -> Iterator[str]:
-    yield word[:-1] if word.endswith("s") else word + "s"
+def _one_or_many(word: str) -> str:
+    return word[:-1] if word.endswith("s") else word + "s"
 
 
 def as_spoken(graph: WordGraph, words: Words) -> Words:
