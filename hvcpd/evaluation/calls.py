@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from hvcpd.evaluation import listeners, plots
+from hvcpd.evaluation.listeners import CALLED, CALLER
 from hvcpd.evaluation.scene import Bench, heard_at, stream
-from hvcpd.evaluation.sphinx import sphinx_installed
 from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Row, Trial
 from hvcpd.language.phrasebook import Phrasebook
@@ -18,7 +17,7 @@ from hvcpd.ports import Samples
 
 BLOCK_CALLS = 4
 """Calls in one stream, from one pair of places in the hall: few, because places differ more than calls."""
-WAKE = f"Hi {listeners.CALLED}, I am {listeners.CALLER}"
+WAKE = f"Hi {CALLED}, I am {CALLER}"
 """One robot's call to another: the counterpart of the paper's wake word."""
 
 
@@ -37,16 +36,29 @@ def call(trial: Trial) -> Row:
 
     Settings: `text`, `calls`, `distance_m`, `robot_noise_db_spl` (or null), `listeners`.
     """
-    s, rng = trial.settings, trial.generator()
-    bench = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
-    book = listeners.book()
+    s, book = trial.settings, listeners.book(CALLED, CALLER)
     sentence = listeners.spoken(s["text"], book)
-    words = " ".join(sentence[0])
+    heard = hear(
+        [sentence] * s["calls"],
+        s["distance_m"],
+        Bench(robot_noise_db_spl=s["robot_noise_db_spl"]),
+        trial.generator(),
+        s["listeners"],
+        book,
+    )
     row: dict[str, Any] = dict(s)
-    for name, got in hear([sentence] * s["calls"], s["distance_m"], bench, rng, s["listeners"], book).items():
-        row[name] = sum(text == words for text in got)
-        row[f"{name} wrong"] = sorted(text for text in got if text not in ("", words))
+    for name, got in heard.items():
+        row |= counted(name, got, [" ".join(sentence[0])] * s["calls"])
     return row
+
+
+def counted(listener: str, got: Sequence[str], wanted: Sequence[str]) -> Row:
+    """The part of a row for one listener: how many of its results are those wanted, and those that are wrong."""
+    pairs = list(zip(got, wanted, strict=True))
+    return {
+        listener: sum(a == b for a, b in pairs),
+        f"{listener} wrong": sorted(a for a, b in pairs if a not in ("", b)),
+    }
 
 
 def hear(
@@ -61,38 +73,32 @@ def hear(
     float32, are said one after the other at that distance."""
     sound, said = stream(sentences, bench, rng)
     heard = heard_at(sound, distance_m, bench, rng)
-    return {name: LISTENERS[name](heard, said, book) for name in who_listens}
-
-
-LISTENERS = {listeners.OURS: listeners.ours, listeners.PEER: listeners.peer}
+    return {name: listeners.MAKERS[name](book)(heard, said) for name in who_listens}
 
 
 def who() -> list[str]:
-    """The listeners available on this machine."""
-    return [listeners.OURS, *([listeners.PEER] if sphinx_installed() else [])]
+    """The listeners on this machine that have the whole grammar."""
+    return listeners.available(listeners.OURS, listeners.PEER)
 
 
-def summed(rows: Sequence[Row], by: Sequence[str]) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """Rows of blocks with the same settings `by`, added up: calls, right ones and substitutions of each listener."""
-    found: dict[tuple[Any, ...], dict[str, Any]] = {}
+def step(at: float, listener: str, rows: Sequence[Row]) -> Step:
+    """Rows of one step added up for a listener."""
+    right, calls = (sum(row[key] for row in rows) for key in (listener, "calls"))
+    return Step(at, right, calls, sum(len(row[f"{listener} wrong"]) for row in rows))
+
+
+def series_of(
+    rows: Sequence[Row], condition: Callable[[Row], str] = lambda row: str(row["variant"])
+) -> list[plots.Series]:
+    """A line over distance for each condition and listener, in the rows' order."""
+    found: dict[tuple[str, str], dict[float, list[Row]]] = {}
     for row in rows:
-        total = found.setdefault(tuple(row[name] for name in by), {"calls": 0})
-        total["calls"] += row["calls"]
-        for name in row["listeners"]:
-            total[name] = total.get(name, 0) + row[name]
-            total[f"{name} wrong"] = total.get(f"{name} wrong", 0) + len(row[f"{name} wrong"])
-    return found
-
-
-def series_by_noise(rows: Sequence[Row], condition: Callable[[float | None], str]) -> list[plots.Series]:
-    """A line for each noise of the robot itself, with its name by `condition`, and each listener."""
-    found = summed(rows, ("robot_noise_db_spl", "distance_m"))
+        for listener in row["listeners"]:
+            found.setdefault((condition(row), listener), {}).setdefault(row["distance_m"], []).append(row)
     series = []
-    for noise in dict.fromkeys(of for of, _ in found):
-        here = sorted((distance_m, total) for (of, distance_m), total in found.items() if of == noise)
-        for name in rows[0]["listeners"]:
-            steps = tuple(Step(at, total[name], total["calls"], total[f"{name} wrong"]) for at, total in here)
-            series.append(plots.Series(condition(noise), name, steps, pivot(steps)))
+    for (name, listener), by_distance in found.items():
+        steps = tuple(step(at, listener, here) for at, here in sorted(by_distance.items()))
+        series.append(plots.Series(name, listener, steps, pivot(steps)))
     return series
 
 

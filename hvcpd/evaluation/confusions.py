@@ -64,7 +64,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 def _run(trial: Trial) -> Row:
     """Every objective once, in any order: each listener's result for it."""
     s, rng = trial.settings, trial.generator()
-    bench, book = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"]), _book(s["variant"])
+    bench, book = Bench(robot_noise_db_spl=s["robot_noise_db_spl"]), _book(s["variant"])
     order = [OBJECTIVES[k] for k in rng.permutation(len(OBJECTIVES))]
     texts = [f"Hi {CALLED}, I am {CALLER}, water the {objective} rose" for objective in order]
     spoken = [listeners.spoken(text, book) for text in texts]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.calls import blocks, call, distances, who
+from hvcpd.evaluation.calls import blocks, call, distances, series_of, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import PAPER_PIVOT_M, reached

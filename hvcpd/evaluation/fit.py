@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.calls import WAKE, blocks, call, summed
+from hvcpd.evaluation.calls import WAKE, blocks, call, step
 from hvcpd.evaluation.listeners import PEER
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.statistics import Step, pivot
+from hvcpd.evaluation.statistics import pivot
 from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.evaluation.wake import PAPER_PIVOT_M
 
@@ -25,8 +25,8 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 
 def _summarise(rows: Sequence[Row]) -> Findings:
-    found = summed(rows, ("robot_noise_db_spl",))
-    steps = tuple(Step(level, total[PEER], total["calls"]) for (level,), total in sorted(found.items()))
+    levels = sorted({row["robot_noise_db_spl"] for row in rows})
+    steps = tuple(step(at, PEER, [row for row in rows if row["robot_noise_db_spl"] == at]) for at in levels)
     half = pivot(steps)
     return Findings(
         "The room's one fitted value",

@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.evaluation.contenders import MAKERS, Listen
-from hvcpd.evaluation.listeners import Said
+from hvcpd.evaluation.listeners import CALLER, MAKERS, WAKE_WORDS, Listen, Said, book
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 TIMEOUT_S = 300.0
@@ -71,7 +70,7 @@ def main() -> None:
     listener, path = sys.argv[1:]
     with np.load(path) as heard:
         said = [Said((), int(start), int(end)) for start, end in heard["spans"]]
-        found = measure(MAKERS[listener], heard["sound"], said)
+        found = measure(lambda: MAKERS[listener](book(*WAKE_WORDS, CALLER)), heard["sound"], said)
     sys.stdout.write(json.dumps(asdict(found)) + "\n")
 
 

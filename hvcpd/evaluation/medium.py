@@ -14,9 +14,10 @@ from hil_fakes.medium import WATER_M_S, Absorbing, Absorption, air_db_m, water_d
 from hil_fakes.room import Air
 from hvcpd.coordination.actions import Timing
 from hvcpd.evaluation import listeners, plots, scene
+from hvcpd.evaluation.calls import series_of
 from hvcpd.evaluation.listeners import OURS
 from hvcpd.evaluation.missions import Plot, doers, knows, repository, spoken_dbfs
-from hvcpd.evaluation.modes import missions, series_of, table_of
+from hvcpd.evaluation.modes import missions, table_of
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.ports import Pose
 
@@ -142,7 +143,7 @@ def _run(trial: Trial) -> Row:
 def _summarise(rows: Sequence[Row]) -> Findings:
     series = series_of(rows)
     media = [medium for medium in MEDIA.values() if any(row["medium"] == medium.name for row in rows)]
-    reached = [_reached(medium, [row for row in rows if row["medium"] == medium.name]) for medium in media]
+    reached = [_reached(medium, _within(medium, series)) for medium in media]
     return Findings(
         "Across open air and across water (simulation only)",
         (
@@ -168,10 +169,14 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-def _reached(medium: Medium, rows: Sequence[Row]) -> str:
+def _within(medium: Medium, series: Sequence[plots.Series]) -> list[plots.Series]:
+    return [s for s in series if s.condition.startswith(f"{medium.name},")]
+
+
+def _reached(medium: Medium, series: Sequence[plots.Series]) -> str:
     """Number of missions that succeed at the paper's distance, and the distance at which half succeed."""
     texts = []
-    for s in series_of(rows):
+    for s in series:
         there = next((step for step in s.steps if step.at == medium.paper_m), None)
         at_paper = f", {there.right} of {there.n} at the paper's {medium.paper_m:,.0f} m" if there is not None else ""
         texts.append(f"{s.condition}: half of the missions succeed at {s.pivot.text(digits=0)}{at_paper}")
@@ -181,7 +186,7 @@ def _reached(medium: Medium, rows: Sequence[Row]) -> str:
 def _draw(figure: Any, media: Sequence[Medium], series: Sequence[plots.Series]) -> None:
     panels = figure.subplots(1, len(media), sharey=True, squeeze=False)[0]
     for axes, medium in zip(panels, media, strict=True):
-        here = [s for s in series if s.condition.startswith(f"{medium.name},")]
+        here = _within(medium, series)
         plots.shares(axes, here, "distance, m", "success, %" if axes is panels[0] else "")
         plots.mark(axes, medium.paper_m, f"the paper's\n{medium.paper_m:,.0f} m")
         plots.by_distance(axes, here)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,8 +15,6 @@ from hil_fakes.loudspeakers import IDEAL
 from hil_fakes.reverberation import START_M, response
 from hil_fakes.room import Air
 from hil_fakes.transducers import band
-from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.entry import CLAIMED, DONE
 from hvcpd.evaluation import listeners
@@ -66,7 +64,7 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
     Settings: `distance_m`, `robot_noise_db_spl` (or null). Raises ImportError without pyroomacoustics.
     """
     s, rng = trial.settings, trial.generator()
-    setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
+    setting = Bench(robot_noise_db_spl=s["robot_noise_db_spl"])
     free_m = setting.hall.size_m[0] - START_M - END_WALL_M
     shift_m = round(float(rng.uniform(0.0, max(min(SHIFT_M, free_m - s["distance_m"]), 0.0))), 3)
     seed = int(rng.integers(2**31))
@@ -105,7 +103,7 @@ def _heard_from(setting: Bench, distance_m: float, free_m: float, shift_m: float
 @cache
 def spoken_dbfs(names: tuple[str, ...]) -> float:
     """RMS of what these robots say, over its audible part, re full scale: the level that stands for the speech's."""
-    powers, book = [], make_phrasebook(names, DEFAULT_TEAMS, listeners.tasks())
+    powers, book = [], listeners.book(*names)
     for name in names:
         words = book.phrases(book.parse_text(f"Hi all, I am {name}"))
         said = listeners.sound().speaker_of(name).render(words)

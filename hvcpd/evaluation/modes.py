@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.calls import summed
 from hvcpd.evaluation.listeners import OURS
-from hvcpd.evaluation.statistics import Step, pivot
-from hvcpd.evaluation.trials import Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Scale, Table, Trial
 
 SAID_ONCE, WHOLE = "said once", "whole robots"
 QUICK_CALLS = 8
@@ -40,18 +38,8 @@ def missions(
     ]
 
 
-def series_of(rows: Sequence[Row]) -> list[plots.Series]:
-    """A line for each variant and listener, with its pivotal distance."""
-    found: dict[tuple[str, str], list[Step]] = {}
-    for listener in dict.fromkeys(name for row in rows for name in row["listeners"]):
-        heard = [row for row in rows if listener in row["listeners"]]
-        for (variant, distance_m), total in sorted(summed(heard, ("variant", "distance_m")).items()):
-            found.setdefault((variant, listener), []).append(Step(distance_m, total[listener], total["calls"]))
-    return [plots.Series(variant, listener, tuple(steps), pivot(steps)) for (variant, listener), steps in found.items()]
-
-
 def table_of(series: Sequence[plots.Series]) -> Table:
-    """The lines' points."""
+    """The points of lines over distance."""
     return Table(
         ("variant", "listener", "distance_m", "trials", "right", "share", "low", "high"),
         tuple((s.condition, s.listener, at.at, at.n, at.right, *at.shares) for s in series for at in s.steps),

@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-import numpy as np
-
-from hvcpd.evaluation import listeners, plots, porcupine
-from hvcpd.evaluation.calls import BLOCK_CALLS, series_by_noise
-from hvcpd.evaluation.contenders import book, everybody
+from hvcpd.evaluation import plots
+from hvcpd.evaluation.calls import BLOCK_CALLS, counted, hear, series_of
 from hvcpd.evaluation.footprint import measured
-from hvcpd.evaluation.listeners import CALLER, OURS, PEER
-from hvcpd.evaluation.porcupine import NAMES, PORCUPINE
+from hvcpd.evaluation.listeners import CALLER, MAKERS, OURS, PEER, PORCUPINE, WAKE_WORDS, available, book, spoken
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench, heard_at, stream
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.ports import Samples
 
 NOISES_DB_SPL = (None, 40.0, 50.0, FITTED_ROBOT_NOISE_DB_SPL)
 QUICK_NOISES_DB_SPL = (None, FITTED_ROBOT_NOISE_DB_SPL)
@@ -29,7 +26,7 @@ COST_DISTANCE_M = 1.0
 
 def _trials(scale: Scale) -> Sequence[Trial]:
     quick = scale.quick
-    names, blocks = everybody(), -(-scale.trials // BLOCK_CALLS)
+    names, blocks = available(*MAKERS), -(-scale.trials // BLOCK_CALLS)
     found = [
         Trial(
             "peers",
@@ -51,29 +48,22 @@ def _run(trial: Trial) -> Row:
     return _success(trial) if trial.settings["part"] == SUCCESS else _cost(trial)
 
 
-def _heard(names: Sequence[str], distance_m: float, noise_db_spl: float | None, rng: np.random.Generator) -> Any:
-    """Calls to these robots as received, and the place of each."""
-    bench = replace(Bench(), robot_noise_db_spl=noise_db_spl)
-    spoken = [listeners.spoken(f"Hi {name}, I am {CALLER}", book()) for name in names]
-    sound, said = stream(spoken, bench, rng)
-    return heard_at(sound, distance_m, bench, rng), said
+def _calls(names: Sequence[str]) -> list[tuple[tuple[str, ...], Samples]]:
+    """Words and sound of a call to each of these robots."""
+    return [spoken(f"Hi {name}, I am {CALLER}", book(*WAKE_WORDS, CALLER)) for name in names]
 
 
 def _success(trial: Trial) -> Row:
     """Call each of the robots once; count the calls that each listener understands, Porcupine by the name alone."""
     s, rng = trial.settings, trial.generator()
-    names = [NAMES[k] for k in rng.permutation(len(NAMES))]
-    heard, said = _heard(names, s["distance_m"], s["robot_noise_db_spl"], rng)
+    names = [WAKE_WORDS[k] for k in rng.permutation(len(WAKE_WORDS))]
+    calls, bench = _calls(names), Bench(robot_noise_db_spl=s["robot_noise_db_spl"])
     row: dict[str, Any] = {**s, "calls": len(names)}
-    for listener in s["listeners"]:
+    heard = hear(calls, s["distance_m"], bench, rng, s["listeners"], book(*WAKE_WORDS, CALLER))
+    for listener, got in heard.items():
         alone = listener == PORCUPINE
-        wanted = [name.lower() if alone else " ".join(one.words) for name, one in zip(names, said, strict=True)]
-        if alone:
-            got = porcupine.called(porcupine.detections(heard), said)
-        else:
-            got = {OURS: listeners.ours, PEER: listeners.peer}[listener](heard, said, book())
-        row[listener] = sum(a == b for a, b in zip(got, wanted, strict=True))
-        row[f"{listener} wrong"] = sorted(a for a, b in zip(got, wanted, strict=True) if a not in ("", b))
+        wanted = [name.lower() if alone else " ".join(words) for name, (words, _) in zip(names, calls, strict=True)]
+        row |= counted(listener, got, wanted)
     return row
 
 
@@ -81,14 +71,15 @@ def _cost(trial: Trial) -> Row:
     """Measured in a process of its own; it is the only result that varies from run to run."""
     s = trial.settings
     rng = replace(trial, settings={"part": COST}).generator()  # the same sound for all
-    heard, said = _heard([*NAMES] * (COST_CALLS // len(NAMES)), COST_DISTANCE_M, s["robot_noise_db_spl"], rng)
-    return {**s, **asdict(measured(s["listener"], heard, said))}
+    bench = Bench(robot_noise_db_spl=s["robot_noise_db_spl"])
+    sound, said = stream(_calls(WAKE_WORDS) * (COST_CALLS // len(WAKE_WORDS)), bench, rng)
+    return {**s, **asdict(measured(s["listener"], heard_at(sound, COST_DISTANCE_M, bench, rng), said))}
 
 
 def _summarise(rows: Sequence[Row]) -> Findings:
     success = [row for row in rows if row["part"] == SUCCESS]
     costs = {row["listener"]: row for row in rows if row["part"] == COST}
-    series = series_by_noise(success, lambda noise: "robot silent" if noise is None else f"robot {noise:g} dB")
+    series = series_of(success, _condition)
     table = tuple(
         (line.condition, line.listener, step.at, step.n, step.right, step.wrong, *step.shares, *cost)
         for line in series
@@ -113,9 +104,14 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
+def _condition(row: Row) -> str:
+    noise = row["robot_noise_db_spl"]
+    return "robot silent" if noise is None else f"robot {noise:g} dB"
+
+
 def _about() -> str:
     return (
-        f"“Hi {NAMES[0]}, I am {CALLER}” and the same to {', '.join(NAMES[1:])}: names that are Porcupine's "
+        f"“Hi {WAKE_WORDS[0]}, I am {CALLER}” and the same to {', '.join(WAKE_WORDS[1:])}: names that are Porcupine's "
         f"built-in words. {OURS} and {PEER} must have every word right, with the same grammar; {PEER} is told where "
         f"each sentence begins and ends, {OURS} and {PORCUPINE} listen all the time. {PORCUPINE} (1.9, the last of "
         "the paper's vendor that needs no key) must hear the name alone. The voice is one of ours, which ours knows "

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.evaluation.listeners import OURS, PEER
-from hvcpd.evaluation.porcupine import PORCUPINE
+from hvcpd.evaluation.listeners import OURS, PEER, PORCUPINE
 from hvcpd.evaluation.statistics import Pivot, Step, wilson
 
 COLOURS = {OURS: "#0072b2", PEER: "#d55e00", PORCUPINE: "#009e73"}

@@ -5,21 +5,17 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from hvcpd.assembly.make import make_speech_recogniser
-from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.names import valid_robot_name
-from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.errors import ConfigError, unreadable
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.listeners import OURS, sentences, sound, tasks
+from hvcpd.evaluation.listeners import OURS, book, sentences, sound
 from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.evaluation.wake import PAPER_PIVOT_M
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.phrasebook import Phrasebook
 
 LIST = "recordings.csv"
 COLUMNS = ("file", "distance_m", "speaker", "listener", "said")
@@ -86,18 +82,13 @@ def _wrong(row: Mapping[str, str | None], folder: Path) -> Iterator[str]:
         yield "speaker and listener are the same"
 
 
-@cache
-def _book(listener: str, speaker: str) -> Phrasebook:
-    return make_phrasebook((listener, speaker), DEFAULT_TEAMS, tasks())
-
-
 def understood(recording: Recording) -> int:
     """Number of calls that our recogniser understands in a recording, more than were `said` if it also hears some where
     nobody spoke, or if the list is wrong. Raises AudioFileError."""
-    book = _book(recording.listener, recording.speaker)
-    call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
-    understood = sentences(make_speech_recogniser(book, (recording.speaker,), sound()), read_wav(recording.path))
-    return sum(e.words == book.render(call) for e in understood)
+    phrases = book(recording.listener, recording.speaker)
+    call = phrases.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
+    understood = sentences(make_speech_recogniser(phrases, (recording.speaker,), sound()), read_wav(recording.path))
+    return sum(e.words == phrases.render(call) for e in understood)
 
 
 def analyse(folder: Path) -> Findings:

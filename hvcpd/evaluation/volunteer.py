@@ -4,15 +4,13 @@ while they talk and of robots that stand still until they are heard."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from hvcpd.evaluation import listeners, plots
-from hvcpd.evaluation.calls import blocks, hear
-from hvcpd.evaluation.listeners import CALLER, OURS, PEER
+from hvcpd.evaluation.calls import blocks, hear, series_of
+from hvcpd.evaluation.listeners import CALLED, CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.sphinx import sphinx_installed
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import reached
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -40,7 +38,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
     found: list[Trial] = []
     for drives in (True, False):
         how = DRIVING if drives else STANDING
-        if sphinx_installed():
+        if listeners.available(PEER):
             said_m = QUICK_SAID_M if scale.quick else SAID_M
             more = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
             found += blocks("volunteer", scale.seed, calls_each(scale), said_m, robot_noise_db_spl=noise, **more)
@@ -54,8 +52,8 @@ def _run(trial: Trial) -> Row:
 
 def _said_once(trial: Trial) -> Row:
     """As in the paper: each robot claims its plant once; the first one drives off while the second one claims."""
-    s, rng, book = trial.settings, trial.generator(), listeners.book()
-    setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
+    s, rng, book = trial.settings, trial.generator(), listeners.book(CALLED, CALLER)
+    setting = Bench(robot_noise_db_spl=s["robot_noise_db_spl"])
     right = [True] * s["calls"]
     for text, away_m in zip(CLAIMS, (0.0, way_m() if s["drives"] else 0.0), strict=True):
         sentence = listeners.spoken(text, book)
@@ -66,7 +64,7 @@ def _said_once(trial: Trial) -> Row:
 
 def way_m() -> float:
     """Distance that the first robot has driven when the second one is in the middle of its claim."""
-    _, claim = listeners.spoken(CLAIMS[1], listeners.book())
+    _, claim = listeners.spoken(CLAIMS[1], listeners.book(CALLED, CALLER))
     return SPEED_M_S * (ANSWER_S + 0.5 * len(claim) / SAMPLE_RATE_HZ)
 
 

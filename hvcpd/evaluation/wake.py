@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.calls import WAKE, blocks, call, distances, series_by_noise, who
+from hvcpd.evaluation.calls import WAKE, blocks, call, distances, series_of, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS, PEER
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.statistics import Pivot
@@ -27,7 +27,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 
 def _summarise(rows: Sequence[Row]) -> Findings:
-    series = series_by_noise(rows, lambda noise: AS_STATED if noise is None else AS_FITTED)
+    series = series_of(rows, lambda row: AS_STATED if row["robot_noise_db_spl"] is None else AS_FITTED)
     table = tuple(
         (line.condition, line.listener, step.at, step.n, step.right, step.wrong, *step.shares)
         for line in series

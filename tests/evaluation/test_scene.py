@@ -10,6 +10,7 @@ import pytest
 from hil_fakes.reverberation import decay_s, response
 from hvcpd.evaluation import calls, listeners
 from hvcpd.evaluation.scene import Bench, heard_at, noise, stream
+from hvcpd.evaluation.statistics import Step
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.leveling import audible
 
@@ -83,5 +84,5 @@ def test_blocks_hold_all_trials_once() -> None:
 
 def test_rows_of_one_step_are_added_up() -> None:
     row = {"distance_m": 1.0, "calls": 10, "listeners": ["a"], "a": 7, "a wrong": ["x"]}
-    found = calls.summed([row, {**row, "a": 9, "a wrong": []}, {**row, "distance_m": 2.0}], ("distance_m",))
-    assert found == {(1.0,): {"calls": 20, "a": 16, "a wrong": 1}, (2.0,): {"calls": 10, "a": 7, "a wrong": 1}}
+    assert calls.step(1.0, "a", [row, {**row, "a": 9, "a wrong": []}]) == Step(1.0, 16, 20, 1)
+    assert calls.step(2.0, "a", [{**row, "distance_m": 2.0}]) == Step(2.0, 7, 10, 1)
