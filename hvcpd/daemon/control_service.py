@@ -91,7 +91,7 @@ class ControlService:
 
     def begin(self, robot: Robot) -> None:
         """Begin to answer requests: the robot is ready."""
-        self.body.robot = robot
+        self.body.robot = self.reloader.robot = robot
         self.body.skills.begin(robot)
         self.body.tell_unable()
         if self.body.journal.stopped:
@@ -111,7 +111,8 @@ class ControlService:
             if isinstance(record, SkillRecord):
                 self.body.skills.note(record)
         self.body.heard |= heard.size > 0
-        self.body.take(reading)
+        if reading is not None and reading.voltage_v is not None:
+            self.body.voltage_v = reading.voltage_v
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))
         for event in self._events.of_step(robot, output.records, is_reading):
             self.publish(as_json(event))

@@ -28,7 +28,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.hardware.stop_button import StopButton
 from hvcpd.language.phrasebook import WORDS
 from hvcpd.people.enrolled import Person
-from hvcpd.ports import STANDSTILL, WheelReading
+from hvcpd.ports import STANDSTILL
 from hvcpd.robot.robot import Robot
 
 
@@ -89,11 +89,6 @@ class Body:
         """Use more takes of an enrolled person."""
         people = {**self.wiring.people, person.name.lower(): person}
         self.wiring = replace(self.wiring, people=people)
-
-    def take(self, reading: WheelReading | None) -> None:
-        """Note a reading of the wheels."""
-        if reading is not None and reading.voltage_v is not None:
-            self.voltage_v = reading.voltage_v
 
 
 def status_of(body: Body) -> dict[str, Any]:

@@ -57,6 +57,8 @@ class Reloader:
     def __init__(self, body: Body, rereading: Rereading | None) -> None:
         self._body = body
         self._rereading = rereading
+        self.robot: Robot
+        """Known before the first reload."""
         self.sources = rereading.sources if rereading is not None else ()
         self._turn = asyncio.Lock()
         self._coming: TaskRepository | None = None
@@ -95,9 +97,6 @@ class Reloader:
         return self._coming or self._body.wiring.tasks
 
     async def _renew(self, change: Callable[[TaskChanges], TaskChanges] | None) -> dict[str, Any]:
-        robot = self._body.robot
-        if robot is None:
-            raise NotDoneError(f"{self._body.wiring.settings.name} is still starting; try again in a moment")
         if self._rereading is None:
             raise NotDoneError(f"{self._body.wiring.settings.name} was made by a program, and has no settings to read")
         async with self._turn:
@@ -108,7 +107,7 @@ class Reloader:
                 raise
             for fault in wiring.unknown:
                 _log.warning("person not known", reason=fault)
-            result = self._take(robot, loaded, wiring)
+            result = self._take(loaded, wiring)
             self._rereading.set_log(self._body.wiring.settings)
         changed = ", ".join(change["key"] for change in result["changed"])
         _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
@@ -131,7 +130,7 @@ class Reloader:
                 write_whole(path, changes.text())
         return loaded, wiring
 
-    def _take(self, robot: Robot, loaded: Loaded, read: Wiring) -> dict[str, Any]:
+    def _take(self, loaded: Loaded, read: Wiring) -> dict[str, Any]:
         changed, restart, sources = [], [], []
         for old, new in zip(self.sources, loaded.sources, strict=True):
             live = new.key.split(".")[0] in LIVE
@@ -169,33 +168,33 @@ class Reloader:
                 tasks = _still(tasks, read.tasks)
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
         if len(tasks.tasks) < len(wiring.tasks.tasks):
-            self._retask(robot)
-        self._tell(robot)
+            self._retask()
+        self._tell()
         if self._coming is read.tasks and self._body.retask is not None:
-            self._body.retask(read.tasks, partial(self._take_tasks, robot, read.tasks))
+            self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))
         if news:
             self._body.join([person.name for key, person in people.items() if key not in wiring.people])
         return {"changed": changed, "restart": restart}
 
-    def _take_tasks(self, robot: Robot, tasks: TaskRepository) -> None:
+    def _take_tasks(self, tasks: TaskRepository) -> None:
         """The robot knows their words now; those that were removed in the meantime stay so."""
         if self._coming is tasks:
             self._coming = None
         self._body.wiring = replace(self._body.wiring, tasks=_still(tasks, self._coming or tasks))
-        self._retask(robot)
-        self._tell(robot)
+        self._retask()
+        self._tell()
 
-    def _retask(self, robot: Robot) -> None:
+    def _retask(self) -> None:
         """Have the robot use the tasks in force, and no others."""
         tasks = self._body.wiring.tasks
         self._body.journal.use_tasks(tasks)
-        robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
+        self.robot.coordination.retask(tasks.tasks, self.robot.now, tasks.places)
 
-    def _tell(self, robot: Robot) -> None:
+    def _tell(self) -> None:
         """Have the robot use what is in force."""
-        c, wiring = robot.coordination, self._body.wiring
+        c, wiring = self.robot.coordination, self._body.wiring
         role = replace(wiring.with_live(c.role), unable=self._body.unable())
-        c.reconfigure(robot.now, role, wiring.tasks.tasks)
+        c.reconfigure(self.robot.now, role, wiring.tasks.tasks)
 
 
 def _other_files(before: Wiring, now: Wiring) -> list[str]:

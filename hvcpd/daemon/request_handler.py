@@ -101,11 +101,11 @@ class RequestHandler:
         wanted, number = arguments.get("do"), arguments.get("number", 0)
         if wanted not in CHANGES_OF_TASKS:
             raise RefusalError("bad_argument", f"do: give one of {', '.join(CHANGES_OF_TASKS)}")
+        robot = self._robot()
         if wanted == "add":
             return await self._renewed(self._reloader.add(arguments.get("task", {})))
         if wanted == "remove":
             return await self._renewed(self._reloader.remove(number))
-        robot = self._robot()
         reason = robot.coordination.change(number, wanted == "skip", robot.now)
         if reason is not None:
             known = self._body.wiring.tasks.by_number(number) is not None
@@ -191,13 +191,14 @@ class RequestHandler:
         return {"settings": [asdict(each) for each in self._reloader.sources]}
 
     async def reload(self, _: Arguments, _client: Client) -> Result:
+        self._robot()
         return await self._renewed(self._reloader.reload())
 
     async def _renewed(self, renewal: Awaitable[Result]) -> Result:
         try:
             return await renewal
         except NotDoneError as error:
-            raise RefusalError("starting", str(error)) from None
+            raise RefusalError("failed", str(error)) from None
         except HvcpdError as error:
             raise RefusalError("bad_settings", str(error)) from None
 

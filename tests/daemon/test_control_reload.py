@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from structlog.testing import capture_logs
 
 from hvcpd.config.settings import SecuritySettings, Settings
 from hvcpd.daemon.reloading import Reloader
@@ -21,6 +22,7 @@ from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 from tests.daemon.control_bench import ONE_TASK, control
 from tests.daemon.test_control_service import shown
+from tests.full_disk import no_new_bytes
 
 
 async def test_settings_come_with_their_sources(tmp_path: Path) -> None:
@@ -202,6 +204,17 @@ async def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_
         for asked in (talk.ask("reload"), talk.ask("task", do="remove", number=11)):
             assert f"{kept}:1: not valid YAML" in (await asked)["error"]["text"], "a start would set it aside"
         assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [11]
+        await talk.hang_up()
+
+
+async def test_a_change_that_cannot_be_kept_has_failed(tmp_path: Path) -> None:
+    """Its code was that of a robot that is still starting, so a program would have tried it again and again."""
+    async with control(tmp_path) as bench:
+        talk = await bench.connect()
+        with capture_logs(), no_new_bytes():
+            task = {"number": 2, "name": "water the pink rose", "actions": ["dock"]}
+            error = (await talk.ask("task", do="add", task=task))["error"]
+        assert (error["code"], "rob.tasks.yaml: cannot be written" in error["text"]) == ("failed", True)
         await talk.hang_up()
 
 
