@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, ValuesView
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +11,7 @@ import structlog
 
 from hvcpd.coordination.peers import team_of
 from hvcpd.daemon.second_pass import SecondPass
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.errors import StoreError
 from hvcpd.language.addressees import FRIEND
 from hvcpd.language.messages import Claim, Confirmed, Motion, Order, Statement, ToRobot, Utterance, WillMove
@@ -141,8 +141,7 @@ class Adaptation:
         """What people who are not enrolled have confirmed, by their names in lower case."""
         self._robots = {name.lower() for name in robots}
         """Names, in lower case, that have named their team, or were said in a robot's voice."""
-        self._turn = asyncio.Lock()
-        self._under_way: set[asyncio.Task[None]] = set()
+        self._thread = WorkerThread("voices")
 
     def take(self, records: Iterable[Record]) -> None:
         """Note what was said, read back and confirmed."""
@@ -157,8 +156,7 @@ class Adaptation:
 
     async def settled(self) -> None:
         """Wait until all is written."""
-        while self._under_way:
-            await asyncio.wait(self._under_way)
+        await self._thread.settled()
 
     def _hear(self, record: HeardRecord) -> None:
         name = (record.utterance.speaker or "").lower()
@@ -174,24 +172,18 @@ class Adaptation:
         self._strangers[name] = sentences
         if len(sentences) == LEAST:
             del self._strangers[name]
-            self._write_later(confirmed[0], partial(_begin, confirmed[0]), sentences)
+            self._thread.run(self._write, confirmed[0], partial(_begin, confirmed[0]), sentences)
 
     def _keep(self, person: Person, more: tuple[SpokenSentence, ...]) -> None:
         self._learned(person.with_sentences(more))
-        self._write_later(person.name, _add, more)
+        self._thread.run(self._write, person.name, _add, more)
 
-    def _write_later(self, name: str, write: Write, more: tuple[SpokenSentence, ...]) -> None:
-        task = asyncio.get_running_loop().create_task(self._write(name, write, more))
-        self._under_way.add(task)
-        task.add_done_callback(self._under_way.discard)
-
-    async def _write(self, name: str, write: Write, more: tuple[SpokenSentence, ...]) -> None:
-        async with self._turn:
-            try:
-                await asyncio.to_thread(write, person_path(self._state_dir, name), more)
-            except StoreError as error:
-                _log.warning("voice not learned", name=name, reason=str(error))
-                return
+    def _write(self, name: str, write: Write, more: tuple[SpokenSentence, ...]) -> None:
+        try:
+            write(person_path(self._state_dir, name), more)
+        except StoreError as error:
+            _log.warning("voice not learned", name=name, reason=str(error))
+            return
         said, remedy = (" / ".join(" ".join(each.words) for each in more), f"hvcpctl enrol {name} --remove")
         _log.info("voice learned", name=name, said=said, to_forget_it=remedy)
 

@@ -28,14 +28,7 @@ LOGGED_EVERY_S = 5.0
 SHOWN_EVERY_S = 1.0
 """Between two texts for `hvcpctl status` and the service manager."""
 
-GoOn = Callable[[], bool]
-
 _log = structlog.get_logger(__name__)
-
-
-def always() -> bool:
-    """Always go on."""
-    return True
 
 
 @dataclass(frozen=True)
@@ -48,7 +41,7 @@ class RenderJob:
 
 
 class Preparation:
-    """Carries jobs out, in any thread, and shows the progress: in `text`, by `report` and in the log."""
+    """Carries jobs out, in any thread, until `stop`, and shows the progress: in `text`, by `report` and in the log."""
 
     def __init__(
         self,
@@ -65,28 +58,37 @@ class Preparation:
         self._logged_s = self._shown_s = 0.0
         self.text: str | None = None
         """The words that are being prepared; None: nothing."""
+        self._stopped = False
 
-    def run(self, jobs: Iterable[RenderJob], go_on: GoOn = always) -> None:
-        """Carry the jobs out, as long as `go_on` holds."""
+    def stop(self) -> None:
+        """Have this and all later work end after one more word."""
+        self._stopped = True
+
+    def goes_on(self) -> bool:
+        """Whether nobody has stopped it."""
+        return not self._stopped
+
+    def run(self, jobs: Iterable[RenderJob]) -> None:
+        """Carry the jobs out."""
         jobs = tuple(jobs)
         self._begin(sum(len(job.words) for job in jobs))
         for job in jobs:
             for word in job.words:
-                if not go_on():
+                if self._stopped:
                     break
                 self._show(job.what)
                 job.make(word)
                 self.done += 1
         self.ended()
 
-    def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
-        """Return `go_on` with progress, to call before each of `total` steps of making `what`; then call `ended`."""
+    def counted(self, what: str, total: int) -> Callable[[], bool]:
+        """Return `goes_on` with progress, to call before each of `total` steps of making `what`; then call `ended`."""
         self._begin(total)
 
         def step() -> bool:
             self._show(what)
             self.done = min(self.done + 1, total)
-            return go_on()
+            return self.goes_on()
 
         return step
 
@@ -112,22 +114,22 @@ class Preparation:
 
 class CacheWarmUp:
     """Renders one robot's words into the cache. Every method may take minutes, so call it in another thread; without a
-    cache none does anything. `go_on` is called before each word.
+    cache none does anything. What `preparation` has stopped renders no more.
     """
 
     def __init__(self, plan: RobotPlan, sound: Sound, preparation: Preparation | None = None) -> None:
         self._plan = plan
         self._sound = sound
-        self._preparation = preparation or Preparation()
+        self.preparation = preparation or Preparation()
         self._book = phrasebook_of(plan, plan.team.names)
         named = {robot_voice(name, sound): name for name in plan.peers(plan.team.names)}
         self._peers = tuple(named.values())
         """One robot of each voice that is listened for."""
 
-    def before_listening(self, go_on: GoOn = always) -> None:
+    def before_listening(self) -> None:
         """Render the templates: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
-        self._run([RenderJob(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
+        self._run(RenderJob(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items())
 
     def tell_unkept(self) -> None:
         """Log why rendered words could not be kept, if so: each start then takes as long as the first."""
@@ -136,41 +138,39 @@ class CacheWarmUp:
             reason = unwritable(cache.folder, cache.fault, "see who may write there")
             _log.warning("words not kept", reason=reason, effect="each start renders them again")
 
-    def before_speaking(self, go_on: GoOn = always) -> None:
+    def before_speaking(self) -> None:
         """Render all words that the robot may say, at its usual rate; until then it must not speak."""
-        self._run([self._own_words(self._plan.role.speech.slowly)], go_on)
+        self._run([self._own_words(self._plan.role.speech.slowly)])
 
-    def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
+    def the_rest(self, robot: Robot) -> None:
         """Render templates of spelled letters, the peers' waveforms, and the robot's own words at the other rate, for
         slow repetitions. Then delete units that have long not been used."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         voices = self._sound.every_voice()
-        self._run(
-            [RenderJob(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices], go_on
-        )
-        robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
-        self._preparation.ended()
+        self._run(RenderJob(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices)
+        robot.prepare(self.preparation.counted("the others' sentences", self._n_waveforms()))
+        self.preparation.ended()
         give_back_memory()  # 15 MB, of making the templates of spelled names; what follows may take minutes
-        self.at_the_other_rate(go_on)
-        if self._sound.cache is not None and go_on():
+        self.at_the_other_rate()
+        if self._sound.cache is not None and self.preparation.goes_on():
             self._sound.cache.tidy(time.time())
 
-    def at_the_other_rate(self, go_on: GoOn = always) -> None:
+    def at_the_other_rate(self) -> None:
         """Render the robot's own words at the rate of its repetitions: slow, unless it always speaks slowly."""
-        self._run([self._own_words(not self._plan.role.speech.slowly)], go_on)
+        self._run([self._own_words(not self._plan.role.speech.slowly)])
 
     def learn(self, name: str) -> None:
         """Render a name that the robot may say from now on."""
-        self._run([_said("a name", self._sound.speaker_of(self._plan.role.name), (name.lower(),))], always)
+        self._run([_said("a name", self._sound.speaker_of(self._plan.role.name), (name.lower(),))])
 
-    def say(self, words: Iterable[str], go_on: GoOn = always) -> None:
+    def say(self, words: Iterable[str]) -> None:
         """Render words of new tasks, which the robot may say from now on."""
         speaker = self._sound.speaker_of(self._plan.role.name, SLOW if self._plan.role.speech.slowly else 1.0)
-        self._run([_said("words of new tasks", speaker, words)], go_on)
+        self._run([_said("words of new tasks", speaker, words)])
 
-    def _run(self, jobs: Iterable[RenderJob], go_on: GoOn) -> None:
+    def _run(self, jobs: Iterable[RenderJob]) -> None:
         if self._sound.cache is not None:
-            self._preparation.run(jobs, go_on)
+            self.preparation.run(jobs)
 
     def _in_voice(self, voice: Voice) -> Callable[[str], object]:
         """Return a function that renders the templates of a word; each word has a speaker: a shared one keeps 2 MB."""

@@ -5,7 +5,6 @@ The last seconds of sound are kept in memory while a folder is set, and a stretc
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -16,6 +15,7 @@ import numpy as np
 import structlog
 
 from hvcpd.config.settings import ClipSettings
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -43,10 +43,7 @@ class Clips:
         self._name = name.lower()
         self._clock = clock
         self._blocks: deque[tuple[float, Samples]] = deque()
-        self._flights: set[asyncio.Task[None]] = set()
-        self._turn = asyncio.Lock()
-        self.lost = 0
-        """Clips that were not kept, because the disk was too slow or failing."""
+        self._thread = WorkerThread("clips")
 
     def take(self, heard: Samples, now: float, records: Iterable[Record]) -> None:
         """Take a block of shape (n,), float32, that ended at `now` (sample clock, s), and what came of it."""
@@ -68,9 +65,7 @@ class Clips:
 
     async def close(self) -> None:
         """Write what waits."""
-        while self._flights:
-            await asyncio.wait(self._flights)
-            await asyncio.sleep(0)  # for what is called back when they are done
+        await self._thread.settled()
 
     def _stretch(self, start_s: float, end_s: float) -> Samples:
         """The blocks that lie in this time, whole."""
@@ -78,31 +73,20 @@ class Clips:
         return np.concatenate(inside) if inside else np.zeros(0, np.float32)
 
     def _keep(self, samples: Samples, settings: ClipSettings) -> None:
-        if samples.size == 0:
-            return
-        if len(self._flights) >= MAX_WAITING:
-            self.lost += 1
-            return
-        flight = asyncio.get_running_loop().create_task(self._write(samples, settings))
-        self._flights.add(flight)
-        flight.add_done_callback(self._flights.discard)
+        if samples.size and self._thread.n_under_way < MAX_WAITING:
+            self._thread.run(self._write, samples, settings)
 
-    async def _write(self, samples: Samples, settings: ClipSettings) -> None:
+    def _write(self, samples: Samples, settings: ClipSettings) -> None:
         folder = settings.folder or Path()
         path = folder / f"garbled-{self._name}-{self._clock():%Y%m%dT%H%M%S.%f}.wav"
         try:
-            async with self._turn:  # so what is named later when it is written, is of a clock that was ahead
-                await asyncio.to_thread(self._store, path, samples, settings)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_wav(path, samples, 0o640)
+            self._delete_oldest(path, settings)
         except (OSError, HvcpdError) as error:
-            self.lost += 1
             _log.warning("clip not kept", path=str(path), reason=str(error))
         else:
             _log.info("clip kept", path=str(path), duration_s=round(samples.size / SAMPLE_RATE_HZ, 2))
-
-    def _store(self, path: Path, samples: Samples, settings: ClipSettings) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_wav(path, samples, 0o640)
-        self._delete_oldest(path, settings)
 
     def _delete_oldest(self, newest: Path, settings: ClipSettings) -> None:
         """Delete the oldest clips beyond the limits; only files that have our names. Names later than the newest's are

@@ -6,7 +6,6 @@ import asyncio
 import math
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
 from functools import partial
 
@@ -18,6 +17,7 @@ from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStoppe
 from hvcpd.daemon.control_socket import locked, runtime_file
 from hvcpd.daemon.latch_service import RETRY_S, LatchService, stop_latch
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Latched
@@ -55,13 +55,12 @@ class JournalService:
 
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
+        self._thread = WorkerThread("memory")
         self._latch = LatchService(stop_latch(wiring))
         self._lock: int | None = None
         """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
         self._memory: Memory | None = None
         self._journal: Journal | None = None
-        self._flights: set[asyncio.Future[None]] = set()
         self._unwritten: dict[tuple[object, ...], Record] = {}
         self._later: list[TimedRecord] = []
         """Records that wait for LATER_S."""
@@ -98,7 +97,7 @@ class JournalService:
 
     async def open(self) -> MemoryPlan:
         """Open the memory and return its content. Raises NewerStoreError, or RunningError if another daemon has it."""
-        latched, memory = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
+        latched, memory = await self._thread.run(self._open)
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
@@ -186,9 +185,7 @@ class JournalService:
     def _have_done(self, work: Callable[[], None], records: Sequence[Record] = ()) -> None:
         """Run `work`, which writes these records, in the thread."""
         self._waiting += len(records)
-        flight = asyncio.get_running_loop().run_in_executor(self._thread, work)
-        self._flights.add(flight)
-        flight.add_done_callback(lambda done: self._landed(done, records))
+        self._thread.run(work).add_done_callback(lambda done: self._landed(done, records))
 
     def stop(self, stopped: bool = True) -> None:
         """Save at once whether the robot is stopped."""
@@ -201,30 +198,26 @@ class JournalService:
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
         self._send_later()
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._thread, self._transcript, after, since_wall_s, limit)
+        return await self._thread.run(self._transcript, after, since_wall_s, limit)
 
     async def settled(self) -> None:
         """Wait until all is written."""
         self._send_later()
-        while self._flights:
-            await asyncio.wait(self._flights)
-            await asyncio.sleep(0)
+        await self._thread.settled()
         await self._latch.settled()
 
     async def close(self) -> None:
         """Write all waiting records, close the file, end the thread."""
         await self.settled()
         if self._memory is not None:
-            loop = asyncio.get_running_loop()
             for store in (self._memory.store, self._memory.seals):
                 if store is not None:
-                    await loop.run_in_executor(self._thread, store.close)
+                    await self._thread.run(store.close)
         await self._latch.close()
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
-        self._thread.shutdown(wait=False)
+        await self._thread.close()
 
     @property
     def _is_only_in_memory(self) -> bool:
@@ -284,7 +277,7 @@ class JournalService:
         """The records to try to write while the disk fails: none yet, or all that are due. Without any, the memory's
         number is written again, which shows whether the disk works: the robot may have nothing to say for long."""
         others = [record for record in records if _key(record) is None]
-        if self._flights or self._now < self._retry_s:
+        if self._thread.n_under_way or self._now < self._retry_s:
             self.lost += len(others)
             return ()
         self._retry_s = self._now + RETRY_S
@@ -295,7 +288,6 @@ class JournalService:
         return found
 
     def _landed(self, flight: asyncio.Future[None], records: Sequence[Record]) -> None:
-        self._flights.discard(flight)
         self._waiting -= len(records)
         error = flight.exception()
         if error is None and self._is_only_in_memory:

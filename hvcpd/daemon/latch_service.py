@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import structlog
 
 from hvcpd.daemon.control_socket import runtime_file
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.errors import StoreError
 from hvcpd.memory.latch import Latched, Permit, StopLatch, spare_places
 
@@ -33,7 +33,7 @@ class LatchService:
 
     def __init__(self, latch: StopLatch) -> None:
         self.file = latch
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
+        self._thread = WorkerThread("latch")
         self._began = asyncio.Event()
         self._latched: Latched | None = None
         self._is_stopped = False
@@ -85,15 +85,13 @@ class LatchService:
 
     async def settled(self) -> None:
         """Wait until nothing is being written."""
-        while self._flight is not None:
-            await asyncio.wait([self._flight])
-            await asyncio.sleep(0)
+        await self._thread.settled()
 
     async def close(self) -> None:
         """Close the file once all is written, and end the thread."""
         await self.settled()
-        await asyncio.get_running_loop().run_in_executor(self._thread, self.file.close)
-        self._thread.shutdown(wait=False)
+        await self._thread.run(self.file.close)
+        await self._thread.close()
 
     def _write(self) -> None:
         """Write the present state to the latch; the latest write wins."""
@@ -101,7 +99,7 @@ class LatchService:
             return  # as soon as the memory is open
         permit = Permit.UNSURE if self._is_unsure else Permit.STOPPED if self._is_stopped else Permit.FREE
         wanted = replace(self._latched, permit=permit)
-        self._flight = asyncio.get_running_loop().run_in_executor(self._thread, self.file.write, wanted)
+        self._flight = self._thread.run(self.file.write, wanted)
         self._flight.add_done_callback(self._written)
 
     def _written(self, flight: asyncio.Future[None]) -> None:

@@ -93,7 +93,6 @@ class Daemon:
         """Whether the robot listens and speaks, so that it can say that it leaves."""
         self._ready = asyncio.Event()
         """Set once all is there that a reload changes."""
-        self._ending = False
         self._held_down = False
         """Whether the stop button was pressed when it was last looked at."""
         self._leave_until_s: float | None = None
@@ -131,7 +130,7 @@ class Daemon:
             stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
-            stack.callback(self._end)
+            stack.callback(self._preparation.stop)
             await self._control.open()
             self._open_button(stack)
             memory = await self._journal.open()
@@ -177,7 +176,7 @@ class Daemon:
     async def _warm_up(self, plan: RobotPlan) -> CacheWarmUp:
         """With the words rendered that the robot listens for."""
         warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
-        await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
+        await asyncio.to_thread(warm_up.before_listening)
         warm_up.tell_unkept()
         return warm_up
 
@@ -202,9 +201,6 @@ class Daemon:
         if is_new:
             _log.warning("stop button pressed")
         return is_new
-
-    def _end(self) -> None:
-        self._ending = True
 
     def _tell_preparation(self, text: str) -> None:
         if not self.listening:

@@ -48,11 +48,11 @@ class NameLearning:
         self._registry = registry
         self._sound = sound
         self._warm_up = warm_up
+        self._goes_on = warm_up.preparation.goes_on
         self._rendered = rendered
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[object]] = set()
         self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
-        self._closing = False
 
     def take(self, records: Iterable[Record]) -> None:
         """Begin to learn each name in these records; call it at every block."""
@@ -91,7 +91,7 @@ class NameLearning:
     def _make_tasks_ready(self, tasks: TaskRepository) -> tuple[Phrasebook, SpeechRecogniser]:
         known = frozenset(self._robot.phrasebook.marked_graph.words)
         book, recogniser = self._registry.retask(tasks)
-        self._warm_up.say(frozenset(book.marked_graph.words) - known, self._goes_on)
+        self._warm_up.say(frozenset(book.marked_graph.words) - known)
         recogniser.prepare(self._goes_on)
         return book, recogniser
 
@@ -103,19 +103,12 @@ class NameLearning:
 
     async def _prepare(self) -> None:
         async with self._turn:
-            await asyncio.to_thread(self._warm_up.before_speaking, self._goes_on)
+            await asyncio.to_thread(self._warm_up.before_speaking)
             self._robot.is_silent = False
             await self._rendered()
-            await asyncio.to_thread(self._warm_up.the_rest, self._robot, self._goes_on)
+            await asyncio.to_thread(self._warm_up.the_rest, self._robot)
             give_back_memory()
             _log.info("waveforms of the others' voices ready")
-
-    def _goes_on(self) -> bool:
-        return not self._closing
-
-    async def _make_known(self) -> None:
-        await asyncio.to_thread(self._robot.prepare, self._goes_on)
-        give_back_memory()
 
     async def _join(self, names: Sequence[str]) -> None:
         async with self._turn:
@@ -124,7 +117,8 @@ class NameLearning:
         learned = [await self._learn(name, given=True) for name in names]
         if not any(learned):  # else the new ears know everything
             async with self._turn:
-                await self._make_known()
+                await asyncio.to_thread(self._robot.prepare, self._goes_on)
+                give_back_memory()
 
     async def settled(self) -> None:
         """Wait until nothing is being learned."""
@@ -133,7 +127,7 @@ class NameLearning:
 
     async def close(self) -> None:
         """Stop learning."""
-        self._closing = True
+        self._warm_up.preparation.stop()
         for lesson in self._under_way:
             lesson.cancel()
         await self.settled()

@@ -19,6 +19,7 @@ from pathlib import Path
 import structlog
 
 from hvcpd.config.files import write_whole
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.ports import Pose, WheelReading
 
 EVERY_S = 0.2
@@ -52,7 +53,7 @@ class PoseKeeper:
         self._boot_id = boot_id
         self._kept: Pose | None = None
         self._kept_s = -math.inf
-        self._flight: asyncio.Future[None] | None = None
+        self._thread = WorkerThread("pose")
         self._failing = False
         self._over = False
 
@@ -72,20 +73,17 @@ class PoseKeeper:
 
     def note(self, pose: Pose, reading: WheelReading | None, now: float) -> None:
         """Save the pose with its reading at time `now` (sample clock, s), if it has changed."""
-        if reading is None or now - self._kept_s < EVERY_S or self._flight is not None:
+        if reading is None or now - self._kept_s < EVERY_S or self._thread.n_under_way:
             return
         if self._kept is not None and pose.near(self._kept):
             return
         self._kept, self._kept_s = pose, now
         numbers = (pose.x_m, pose.y_m, pose.heading_rad, reading.left_rad, reading.right_rad)
-        self._flight = asyncio.get_running_loop().run_in_executor(None, self._write, numbers)
-        self._flight.add_done_callback(self._landed)
+        self._thread.run(self._write, numbers).add_done_callback(self._landed)
 
     async def settled(self) -> None:
         """Wait until nothing is being written."""
-        while self._flight is not None:
-            await asyncio.wait([self._flight])
-            await asyncio.sleep(0)
+        await self._thread.settled()
 
     @contextmanager
     def forgotten_at_the_end(self) -> Iterator[None]:
@@ -115,7 +113,6 @@ class PoseKeeper:
         write_whole(self._path, json.dumps(kept).encode())
 
     def _landed(self, flight: asyncio.Future[None]) -> None:
-        self._flight = None
         error = flight.exception()
         if error is None:
             self._failing = False

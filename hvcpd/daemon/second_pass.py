@@ -33,7 +33,7 @@ class SecondPass(Generic[Job, Result]):
 
     def __init__(self, failed: Result, make_pool: Callable[[], Executor] = one_thread) -> None:
         """`failed` is the result of a pass that fails. `make_pool` makes what runs one call after the other; one that
-        is broken is replaced."""
+        fails is replaced."""
         self._failed = failed
         self._make_pool = make_pool
         self._pool = make_pool()
@@ -45,23 +45,15 @@ class SecondPass(Generic[Job, Result]):
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
-        future = self._begin(search, job)
-        if future is None:
+        try:
+            future = self._pool.submit(search, job)
+        except RuntimeError as error:  # no thread can be started: without a new pool this one would search for it later
+            _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
+            self._pool = self._make_pool()
             return False
         self._under_way.add(future)
         future.add_done_callback(lambda done: self._found.append((job, self._result(done))))
         return True
-
-    def _begin(self, search: Callable[[Job], Result], job: Job) -> Future[Result] | None:
-        """The look, under way; None if even a new pool does not take it."""
-        for _ in range(2):
-            try:
-                return self._pool.submit(search, job)
-            except RuntimeError as error:  # the pool is broken, or no thread can be started
-                _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
-                self._pool.shutdown(wait=False, cancel_futures=True)
-                self._pool = self._make_pool()
-        return None
 
     def results(self) -> Sequence[tuple[Job, Result]]:
         """As `Worker.results`."""

@@ -46,9 +46,9 @@ class Overload:
         """Whether sound is lost or late so often that recognition is unreliable."""
         return self._since_s is not None
 
-    def note(self, now_s: float, before: StreamCounters, after: StreamCounters) -> None:
-        """Note a block at `now_s`, with the counts of lost sound before and after it."""
-        if is_disturbed(before, after):
+    def note(self, now_s: float, disturbed: bool) -> None:
+        """Note a block at `now_s`, and whether sound was lost or late since the one before."""
+        if disturbed:
             self._blocks += 1
             if not self._disturbed_s or self._disturbed_s[-1] < int(now_s):
                 self._disturbed_s.append(int(now_s))
@@ -193,7 +193,8 @@ class SoundService:
         self._heard_s = self._clock()
         before, self._counted = self._counted, self.counters
         self._sampled_s += samples.size / SAMPLE_RATE_HZ
-        self.overload.note(self._sampled_s, before, self._counted)
+        disturbed = is_disturbed(before, self._counted)
+        self.overload.note(self._sampled_s, disturbed)
         if self._heard_s - self._reported_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
             self.tell_losses()
         self._notice_zeros(samples)
@@ -201,7 +202,7 @@ class SoundService:
         if self.deaf:
             return Block(_NONE, samples.size + lost)
         gap = lost > 0 or self._counted.card_overflows > before.card_overflows
-        return Block(samples, lost if gap else None, is_disturbed(before, self._counted))
+        return Block(samples, lost if gap else None, disturbed)
 
     def write(self, samples: Samples) -> None:
         """Play sound, shape (n,), float32, as long as the block that was read; without a card it is dropped."""

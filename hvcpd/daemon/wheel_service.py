@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from concurrent.futures import ThreadPoolExecutor
 
 import structlog
 
+from hvcpd.daemon.worker_thread import WorkerThread
 from hvcpd.errors import DeviceError
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading, Wheels
 
@@ -33,7 +33,7 @@ class WheelService:
         self._wheels = wheels
         self._lease_s = lease_s
         self._lost_s = lost_s
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="wheels")
+        self._thread = WorkerThread("wheels")
         self.wanted = STANDSTILL
         """How the wheels are to turn."""
         self._sent = STANDSTILL
@@ -41,7 +41,6 @@ class WheelService:
         self._due = False
         self._now = 0.0
         self._lapse: asyncio.TimerHandle | None = None
-        self._flight: asyncio.Future[WheelReading] | None = None
         self._reading: WheelReading | None = None
         self._failing_since_s: float | None = None
         self._reason = ""
@@ -50,7 +49,7 @@ class WheelService:
 
     async def open(self) -> None:
         """Find the motors and switch them on. Raises DeviceError."""
-        await asyncio.get_running_loop().run_in_executor(self._thread, self._wheels.open)
+        await self._thread.run(self._wheels.open)
 
     def serve(self, command: WheelCommand, now: float) -> None:
         """Set the wheels' speeds from time `now` on (sample clock, s). Raises DeviceError once the wheels are lost."""
@@ -89,9 +88,7 @@ class WheelService:
 
     async def settled(self) -> None:
         """Wait until no exchange is under way."""
-        while self._flight is not None:
-            await asyncio.wait([self._flight])
-            await asyncio.sleep(0)
+        await self._thread.settled()
 
     async def close(self) -> None:
         """Stop the wheels, switch them off, end the thread. Never raises for a device."""
@@ -99,8 +96,8 @@ class WheelService:
         if self._lapse is not None:
             self._lapse.cancel()
         await self.settled()
-        await asyncio.get_running_loop().run_in_executor(self._thread, self._wheels.close)
-        self._thread.shutdown(wait=False)
+        await self._thread.run(self._wheels.close)
+        await self._thread.close()
 
     def _renew_lease(self) -> None:
         if self._lapse is not None:
@@ -117,16 +114,13 @@ class WheelService:
         self._send()
 
     def _send(self) -> None:
-        if not self._due or self._flight is not None or self._closing:
+        if not self._due or self._thread.n_under_way or self._closing:
             return
         self._due = False
         self._sent, self._sent_s = self.wanted, self._now
-        loop = asyncio.get_running_loop()
-        self._flight = loop.run_in_executor(self._thread, self._wheels.exchange, self.wanted)
-        self._flight.add_done_callback(self._landed)
+        self._thread.run(self._wheels.exchange, self.wanted).add_done_callback(self._landed)
 
     def _landed(self, flight: asyncio.Future[WheelReading]) -> None:
-        self._flight = None
         error = flight.exception() if not flight.cancelled() else asyncio.CancelledError()
         if error is None:
             self._reading = flight.result()

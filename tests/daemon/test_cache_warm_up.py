@@ -99,8 +99,8 @@ def test_words_that_cannot_be_kept_are_told_with_the_reason(tmp_path: Path, is_b
 def test_whoever_ends_meanwhile_waits_for_one_word_at_most(tmp_path: Path) -> None:
     cache = CountingCache(tmp_path / "units")
     plan, sound = planned(tmp_path, cache)
-    turns = iter((True, False))
-    CacheWarmUp(plan, sound).before_listening(lambda: next(turns, False))
+    made = Preparation(lambda _: made.stop())
+    CacheWarmUp(plan, sound, made).before_listening()
     assert 0 < cache.made <= 4
 
 
@@ -139,10 +139,12 @@ def test_a_start_with_all_words_there_logs_nothing() -> None:
 
 def test_what_others_make_is_counted() -> None:
     work = Work(0.0)
-    step = work.preparation.counted("sentences", 40, lambda: work.now_s < 140.0)
+    step = work.preparation.counted("sentences", 40)
     with capture_logs() as logs:
         while step():
             work.now_s += 1.0
+            if work.now_s >= 140.0:
+                work.preparation.stop()
     work.preparation.ended()
     assert work.texts[-1] == "preparing words: sentences, 40 of 40"
     assert len(logs) == 40 // LOGGED_EVERY_S
@@ -157,11 +159,13 @@ def test_speakers_of_spelled_letters_end_with_them(tmp_path: Path, units: Path) 
     def count(text: str) -> None:
         if "others' sentences" in text and not alive:
             alive.append(speakers())
+            made.stop()
 
-    warm_up = CacheWarmUp(plan, sound, Preparation(count, itertools.count().__next__))
+    made = Preparation(count, itertools.count().__next__)
+    warm_up = CacheWarmUp(plan, sound, made)
     robot = make_robot(plan, sound)
     before = speakers()
-    warm_up.the_rest(robot, lambda: not alive)
+    warm_up.the_rest(robot)
     assert alive == [before]
 
 

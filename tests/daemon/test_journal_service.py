@@ -128,8 +128,7 @@ async def test_what_others_do_outlives_a_robot_that_is_killed(wiring: Wiring) ->
     await killed.open()
     killed.write((SaveTask(1, "claimed", "Bot"), SaveTask(2, "claimed", "Bot")), 1.0)
     killed.write((SaveTask(2, "done", "Bot"), SaveDue(2, 1.7e9)), 2.0)
-    while killed._flights:
-        await asyncio.sleep(0)
+    await killed._thread.settled()
     assert kept(wiring) == (0, [], [])
     lock, killed._lock = killed._lock, None
     assert lock is not None

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.sound_service import CLEARED_WITHIN_S, RAISED_BY, RAISED_WITHIN_S, TOO_BUSY, Overload
+from hvcpd.daemon.sound_service import CLEARED_WITHIN_S, RAISED_BY, RAISED_WITHIN_S, TOO_BUSY, Overload, is_disturbed
 from hvcpd.hardware.audio_exchange import StreamCounters
 
 BLOCK_S = 0.025
@@ -28,7 +28,7 @@ class Life:
             if disturbed(self.n):
                 self.counters = replace(before, **{name: getattr(before, name) + 1})
             self.n += 1
-            self.overload.note(1000.0 + self.n * BLOCK_S, before, self.counters)
+            self.overload.note(1000.0 + self.n * BLOCK_S, is_disturbed(before, self.counters))
 
 
 def every(blocks: int) -> Callable[[int], bool]:

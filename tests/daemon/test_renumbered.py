@@ -41,8 +41,7 @@ def live(wiring: Wiring, *records: Record, killed: bool = False) -> MemoryPlan:
         plan = await journal.open()
         journal.write(records, 1.0)
         if killed:
-            while journal._flights:
-                await asyncio.sleep(0)
+            await journal._thread.settled()
             lock, journal._lock = journal._lock, None
             assert lock is not None
             os.close(lock)  # as the kernel would

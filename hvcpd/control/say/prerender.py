@@ -76,20 +76,19 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
         find_confusable(replace(wiring, sound=sound))
     plan = wiring.plan(channel=SynchronousWorker(), second=SynchronousWorker())
 
-    def is_kept() -> bool:
-        return cache.fault is None
-
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(settings.name, total=None)
 
         def show(text: str) -> None:
+            if cache.fault is not None:
+                made.stop()
             bar.update(task, description=f"{settings.name}: {text}", completed=made.done, total=made.total)
 
         made = Preparation(show, logged_every_s=math.inf)
         warm_up = CacheWarmUp(plan, sound, made)
-        warm_up.before_listening(is_kept)
-        warm_up.before_speaking(is_kept)
-        warm_up.the_rest(make_robot(plan, sound), is_kept)
+        warm_up.before_listening()
+        warm_up.before_speaking()
+        warm_up.the_rest(make_robot(plan, sound))
         bar.update(task, description=settings.name, completed=made.total, total=made.total)
     if cache.fault is not None:
         raise StoreError(unwritable(folder, cache.fault, ELSEWHERE))
