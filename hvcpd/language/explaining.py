@@ -17,11 +17,13 @@ _TO_ALL = (GREETING, TO_ALL)
 
 def why_not(readings: Sequence[tuple[Words, WordGraph]], names: Sequence[str]) -> str:
     """Where the words leave the sentences of a network, and what is possible there. Each network has its own reading of
-    the words; the one that follows its reading nearest to the end is explained, of equals the first."""
-    words, graph = min(readings, key=lambda reading: len(reading[0]) - expected_after(reading[1], reading[0])[0])
+    the words; the one that follows its reading nearest to the end is explained, of equals the first, with what all of
+    them have there."""
+    followed = [(words, graph, *expected_after(graph, words)) for words, graph in readings]
+    words, graph, known, _ = min(followed, key=lambda each: len(each[0]) - each[2])
     if not words:
         return "there is no word to say; `hvcpctl phrases` lists what can be said"
-    known, expected = expected_after(graph, words)
+    expected = frozenset[str]().union(*(each[3] for each in followed if each[2] == known and each[0] == words))
     wrong = words[known][:40] if known < len(words) else ""
     written = " ".join(words[:known])
     choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")

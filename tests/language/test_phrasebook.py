@@ -248,6 +248,9 @@ def test_pauses_stand_where_the_commas_are() -> None:
     ("text", "said"),
     [
         ("Hi Rob, I am Bot, water the yelow rose", "did you mean 'yellow'"),
+        ("Rob, compleet task three", "'compleet' is not in the phrasebook after 'rob'; did you mean 'complete'?"),
+        ("Rob, waiter the yellow rose", "did you mean 'water'?"),
+        ("Rob", "it could go on with: come, complete, confirmed, "),
         ("Hi Rob, I am", "breaks off after 'hi rob i am'"),
         ("Hi Zorg", "'zorg' is not in the phrasebook after 'hi'"),
         ("", "no word to say"),
