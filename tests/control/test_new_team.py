@@ -13,9 +13,19 @@ from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Dock, GoTo, Place, Use, Wait
 from hvcpd.control.cli import main
-from hvcpd.control.simulate.new_team import Console, SkillAnswer, read_robots, read_skill, read_task, run, tasks_of
+from hvcpd.control.simulate.new_team import (
+    Console,
+    SkillAnswer,
+    read_robots,
+    read_skill,
+    read_skills,
+    read_task,
+    run,
+    tasks_of,
+)
 from hvcpd.errors import ConfigError
 
+THIRTEEN = ("Rob", "Bot", "Ada", "Max", "Zoe", "Tina", "Emma", "Kevin", "Anna", "Leo", "Gus", "Ivy", "Oscar")
 GARDEN = ("--robots", "Rob,Bot", "--skill", "pour litres", "--no-demo")
 
 
@@ -59,8 +69,10 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
     answers: Iterator[str] = iter(
         [
             "Rod, Hi",
+            "Bot, Pot",
             "Rob, Zoe",
             "dock",
+            "wave, wave hands",
             "wave",
             "",
             "greet the visitors; -4, -4; sing",
@@ -73,7 +85,7 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
     told: list[str] = []
     options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
     assert run(options, Console(lambda _question: next(answers), told.append)) == 0
-    assert sum(text.startswith("  ") for text in told) == 5
+    assert sum(text.startswith("  ") for text in told) == 7
     assert [line[:14] for line in told[0].splitlines()] == ["  the name 'Ro", "  the name 'Hi"]
     assert "  give at least one task\n" in told
     assert "'feed the ship' sounds like 'feed the sheep'" in told[-1]
@@ -141,9 +153,14 @@ def test_a_task_that_is_written_wrong_has_its_remedy(text: str, said: str) -> No
 
 
 def test_names_and_skills_are_checked_at_once() -> None:
-    for wrong in ("", "Rob, Rob", "R2-D2", "Hi", "Rob, Robb"):
+    for wrong in ("", "Rob, Rob", "R2-D2", "Hi", "Rob, Robb", "Bot, Pot", ", ".join(THIRTEEN)):
         with pytest.raises(ConfigError):
             read_robots(wrong)
     for wrong in ("Pour", "wait seconds", "pour Litres", "on", "pour off", "null"):
         with pytest.raises(ConfigError):
             read_skill(wrong)
+    for repeated in (["pour litres", "pour jugs"], ["wave"] * 2):
+        with pytest.raises(ConfigError, match="already; choose another name"):
+            read_skills(repeated)
+    with pytest.raises(ConfigError, match="at most 30 skills"):
+        read_skills([f"wave_{k}" for k in range(31)])

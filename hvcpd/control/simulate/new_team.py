@@ -8,7 +8,7 @@ import math
 import shlex
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import indent
@@ -16,16 +16,18 @@ from typing import TypeVar
 
 import yaml
 
+from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.files import write_whole
+from hvcpd.config.loading import at_most
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
+from hvcpd.config.settings import DEFAULT_TEAMS, MAX_KNOWN_NAMES, Settings
 from hvcpd.config.shared_places import MAX_DISTANCE_M
-from hvcpd.config.skills import valid_key
+from hvcpd.config.skills import MAX_SKILLS, valid_key
 from hvcpd.config.task_file import MAX_TASKS
-from hvcpd.config.tasks import TENDING
-from hvcpd.control.simulate.team import load_team, refuse_confusable, refuse_same_sound
+from hvcpd.config.tasks import TENDING, TaskRepository
+from hvcpd.control.simulate.team import Team, load_team, refuse_confusable, refuse_same_sound
 from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.reporting.text import number
-from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
 
 BUILT_IN = {"wait": "seconds", **dict.fromkeys(TENDING, "seconds"), "dock": "", "turn": "degrees", "forward": "metres"}
@@ -87,7 +89,7 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
         raise ConfigError(MISSING)
     robots = read_robots(",".join(options.robots)) if options.robots else None
     robots = robots or console.answer("The robots' names", read_robots, "Rob, Bot")
-    skills = [read_skill(text) for text in options.skill or ()]
+    skills = read_skills(options.skill or ())
     tasks: list[TaskAnswer] = []
     for text in options.task or ():
         tasks.append(read_task(text, skills, tasks))
@@ -118,7 +120,7 @@ def _to_simulate(folder: Path) -> list[str]:
 
 def _ask_skills(console: Console) -> list[SkillAnswer]:
     question = "Their skills besides driving and waiting, each with its number, as in: pour litres, wave (Enter: none)"
-    return console.answer(question, lambda text: [read_skill(each) for each in text.split(",") if each.strip()])
+    return console.answer(question, lambda text: read_skills([each for each in text.split(",") if each.strip()]))
 
 
 def _ask_tasks(console: Console, robots: tuple[str, ...], skills: list[SkillAnswer]) -> list[TaskAnswer]:
@@ -155,12 +157,28 @@ def read_robots(text: str) -> tuple[str, ...]:
     """Names with commas between them. Raises ConfigError with the remedy."""
     names = tuple(part.strip() for part in text.split(",") if part.strip())
     wrong = [fault for name in names if (fault := valid_robot_name(name) or name_fault(name))]
-    if fault := "\n".join(wrong) or repeated_names(names):
+    few_enough = at_most(MAX_KNOWN_NAMES, "names can be given")
+    if fault := "\n".join(wrong) or repeated_names(names) or few_enough(names):
         raise ConfigError(fault)
     if not names:
         raise ConfigError("give at least one name, as in: Rob, Bot")
-    refuse_same_sound(names, Lexicon.load())
+    sound, tasks = make_sound(cache_folder=user_cache_folder()), TaskRepository(())
+    refuse_same_sound(names, sound.lexicon)
+    team = Team(Settings(names[0]), tasks, names, make_phrasebook(names, DEFAULT_TEAMS, tasks), sound, {})
+    refuse_confusable(team, allowable=False)
     return names
+
+
+def read_skills(texts: Sequence[str]) -> list[SkillAnswer]:
+    """All skills of a team. Raises ConfigError with the remedy."""
+    skills = [read_skill(text) for text in texts]
+    names = [skill.name for skill in skills]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ConfigError(f"there is a skill {name!r} already; choose another name")
+    if fault := at_most(MAX_SKILLS, "skills may be declared")(names):
+        raise ConfigError(fault)
+    return skills
 
 
 def read_skill(text: str) -> SkillAnswer:
