@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from hvcpd.ros.port import Listener
@@ -16,23 +15,24 @@ ANSWER_S = 3.0
 """A server that has not taken or refused a goal by then is not there; nor is one that ROS has not seen for so long."""
 
 
-@dataclass(frozen=True)
-class Server:
-    """Where an action is: its name, rclpy's client of it, how a goal's message is made, and whose server people should
-    look for if nobody answers."""
-
-    name: str
-    client: Any
-    make_goal: Callable[[], Any]
-    whose: str
-
-
 class RclpyAction:
-    """One goal at a time. `in_turn` has the bridge's thread do something."""
+    """One goal at a time, for the action `name`, by rclpy's client of it; `make_goal` makes a goal's message, `whose`
+    server it is stands in what people are told, and `in_turn` has the bridge's thread do something."""
 
-    def __init__(self, server: Server, listener: Listener, in_turn: Callable[[Callable[[], None]], None]) -> None:
-        self._server = server
+    def __init__(
+        self,
+        name: str,
+        client: Any,
+        make_goal: Callable[[], Any],
+        listener: Listener,
+        whose: str,
+        in_turn: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._name = name
+        self._client = client
+        self._make_goal = make_goal
         self._listener = listener
+        self._whose = whose
         self._in_turn = in_turn
         self._number: int | None = None
         self._there_s = -math.inf
@@ -40,14 +40,14 @@ class RclpyAction:
 
     def ask(self, number: int, fill: Callable[[Any], None], now_s: float, stamp_s: float = 0.0) -> None:  # noqa: ARG002
         """Ask for a goal, which `fill` writes into its message; ROS 2 stamps it by itself."""
-        message = self._server.make_goal()
+        message = self._make_goal()
         fill(message)
         self._number, self._handle, self._there_s = number, None, now_s
 
         def progress(feedback: Any) -> None:
             self._listener.fed_back(number, feedback.feedback)
 
-        answered = self._server.client.send_goal_async(message, feedback_callback=progress)
+        answered = self._client.send_goal_async(message, feedback_callback=progress)
         answered.add_done_callback(lambda done: self._in_turn(lambda: self._answered(number, done.result())))
 
     def cancel(self, number: int) -> None:
@@ -59,10 +59,10 @@ class RclpyAction:
 
     def tick(self, now_s: float) -> None:
         """A server that is not there will not do anything."""
-        if self._handle is not None and self._server.client.server_is_ready():
+        if self._handle is not None and self._client.server_is_ready():
             self._there_s = now_s
         if self._number is not None and now_s - self._there_s > ANSWER_S:
-            reason = f"no action server answers at {self._server.name}; is {self._server.whose} running?"
+            reason = f"no action server answers at {self._name}; is {self._whose} running?"
             self._end(self._number, reason)
 
     def _answered(self, number: int, handle: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from hvcpd.errors import ConfigError
 from hvcpd.ros import topics
-from hvcpd.ros.action_rclpy import RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction
 from hvcpd.ros.convert import OWN, Dialect, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.navigation import Navigation, nav2_left_m
@@ -215,8 +215,7 @@ class RclpyPort(RosPort):
             ) from None
         action: Any = import_module("rclpy.action")
         self._action_clients.append(action.ActionClient(self._node, kind, name))
-        server = Server(name, self._action_clients[-1], kind.Goal, whose)
-        return RclpyAction(server, listener, self._in_turn)
+        return RclpyAction(name, self._action_clients[-1], kind.Goal, listener, whose, self._in_turn)
 
     def _in_turn(self, happening: Callable[[], None]) -> None:
         self._report(lambda _, __: happening())

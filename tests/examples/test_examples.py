@@ -31,7 +31,7 @@ from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.robot.performer import Outcome, Performer
 from hvcpd.robot.records import SkillRecord
-from hvcpd.ros.action_rclpy import RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import wanted_by
 from hvcpd.ros.parameters import Parameters
@@ -158,11 +158,14 @@ def test_tidying_up_asks_the_gripper_of_ros_2_and_tells_what_it_did() -> None:
     wanted = wanted_by([{"key": "skills", "value": {name: asdict(skill) for name, skill in settings.skills.items()}}])
     bridge, gripper, told = Bridge(False, Parameters(), Skills(wanted.actions)), RclpyServer(), []
     client = RclpyAction(
-        Server("gripper", gripper, GripperGoal, "the gripper"),
+        "gripper",
+        gripper,
+        GripperGoal,
         Listener(
             lambda number, feedback: bridge.action_fed_back(number, values_of(feedback), 1.0),
             lambda number, reason, result: bridge.action_ended(number, reason or None, values_of(result)),
         ),
+        "the gripper",
         lambda happening: happening(),
     )
     call = {"event": "perform", "call": 1, "task": 1, "skill": "grip", "arguments": {"width_m": 0.03}, "limit_s": 20.0}

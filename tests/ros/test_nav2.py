@@ -8,7 +8,7 @@ import pytest
 
 from hil_fakes.ros_actions import ROS2_ABORTED, ROS2_CANCELED, ROS2_SUCCEEDED, Asked, RclpyServer
 from hvcpd.ports import PlaceGoal
-from hvcpd.ros.action_rclpy import ANSWER_S, RclpyAction, Server
+from hvcpd.ros.action_rclpy import ANSWER_S, RclpyAction
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import Parameters
@@ -21,6 +21,10 @@ MISSING = ros_robot.missing()  # any ROS's geometry_msgs will do
 needs_messages = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
 
+def nav2_client(nav2: RclpyServer, listener: Listener) -> RclpyAction:
+    return RclpyAction("navigate_to_pose", nav2, SimpleNamespace, listener, "Nav2", lambda happening: happening())
+
+
 class Scene:
     """Nav2's side, and the bridge behind the client."""
 
@@ -28,9 +32,8 @@ class Scene:
         self.nav2 = RclpyServer()
         self.bridge = Bridge(True, Parameters())
         self.bridge.begin(0.0)
-        server = Server("navigate_to_pose", self.nav2, SimpleNamespace, "Nav2")
         self.navigation = Navigation(
-            lambda listener: RclpyAction(server, listener, lambda happening: happening()),
+            lambda listener: nav2_client(self.nav2, listener),
             "pose",
             "map",
             dialect(),
@@ -105,7 +108,7 @@ def test_a_server_that_ends_with_a_goal_under_way_fails_it() -> None:
     """Where Nav2 was killed on the way the robot waited for it for ever, and kept its task from the others."""
     nav2, ended = RclpyServer(), list[tuple[int, str]]()
     listener = Listener(lambda _number, _feedback: None, lambda number, reason, _result: ended.append((number, reason)))
-    client = RclpyAction(Server("navigate_to_pose", nav2, SimpleNamespace, "Nav2"), listener, lambda done: done())
+    client = nav2_client(nav2, listener)
     client.ask(1, lambda _goal: None, 0.0)
     nav2.asked[0].accept()
     client.tick(100.0)

@@ -26,7 +26,7 @@ from hil_fakes.sound_server import wait_until
 from hvcpd.config.settings_file import load_settings
 from hvcpd.config.skill_settings import RosSettings
 from hvcpd.errors import ConfigError
-from hvcpd.ros.action_rclpy import RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction
 from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import wanted_by
@@ -173,8 +173,9 @@ def test_a_goal_of_ros_2_is_taken_fed_back_and_ended() -> None:
         lambda number, feedback: told.append((number, values_of(feedback))),
         lambda number, reason, result: told.append((number, reason, values_of(result) if result else None)),
     )
-    where = Server("gripper", server, lambda: SimpleNamespace(position=0.0), "the gripper")
-    client = RclpyAction(where, listener, lambda happening: happening())
+    client = RclpyAction(
+        "gripper", server, lambda: SimpleNamespace(position=0.0), listener, "the gripper", lambda happening: happening()
+    )
     client.ask(1, partial(fill_message, fields={"position": 0.04}), 0.0)
     asked = server.asked[0]
     assert asked.goal.position == 0.04
