@@ -7,8 +7,7 @@ sound that comes too late is left out, not played later, and the robot knows whe
 from __future__ import annotations
 
 import threading
-from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -65,37 +64,26 @@ class SoundStream(Protocol):
 
 
 class SampleQueue:
-    """Blocks of sound that wait, no more than `capacity` samples of them; not locked."""
+    """Sound that waits, no more than `capacity` samples of it; not locked."""
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
-        self._blocks: deque[Samples] = deque()
-        self._length = 0
+        self._waiting: Samples = np.zeros(0, np.float32)
 
     def __len__(self) -> int:
-        return self._length
+        return self._waiting.size
 
     def put(self, block: Samples) -> int:
         """Append a block of shape (n,) and drop the oldest samples that do not fit; returns how many those are."""
-        self._blocks.append(block)
-        self._length += block.size
-        excess = max(0, self._length - self._capacity)
+        self._waiting = np.concatenate([self._waiting, block])
+        excess = max(0, len(self) - self._capacity)
         self.take(excess)
         return excess
 
     def take(self, count: int) -> Samples:
         """Return the oldest `count` samples, shape (count,), float32, or all if there are fewer."""
-        taken: list[Samples] = []
-        missing = count
-        while missing > 0 and self._blocks:
-            block = self._blocks.popleft()
-            if block.size > missing:
-                self._blocks.appendleft(block[missing:])
-                block = block[:missing]
-            taken.append(block)
-            missing -= block.size
-        self._length -= count - missing
-        return np.concatenate(taken) if taken else np.zeros(0, np.float32)
+        taken, self._waiting = self._waiting[:count], self._waiting[count:]
+        return taken
 
 
 class SoundExchange:
@@ -109,8 +97,8 @@ class SoundExchange:
         self._to_say = SampleQueue(capacity)
         self._to_say.put(np.zeros(LEAD_BLOCKS * block, np.float32))
         self._late = 0
-        self._counters: dict[str, int] = {}
-        self._counted: StreamCounters | None = StreamCounters()
+        self.counters = StreamCounters()
+        """The losses so far; the same object until more is lost, since it is read at every block."""
 
     def swap(self, heard: Samples) -> Samples:
         """The card has taken `heard`, shape (n,), and wants as much to play."""
@@ -144,15 +132,6 @@ class SoundExchange:
         with self._lock:
             self._add(name, by)
 
-    @property
-    def counters(self) -> StreamCounters:
-        """The losses so far; the same object until more is lost, since it is read at every block."""
-        with self._lock:
-            if self._counted is None:
-                self._counted = StreamCounters(**self._counters)
-            return self._counted
-
     def _add(self, name: str, by: int) -> None:
         if by:
-            self._counters[name] = self._counters.get(name, 0) + by
-            self._counted = None
+            self.counters = replace(self.counters, **{name: getattr(self.counters, name) + by})

@@ -25,6 +25,9 @@ CUTOFF = 0.92
 """Middle of the transition band, as a share of the lower Nyquist frequency: with 64 zero crossings Kaiser's formula
 gives a transition 0.156 wide, so that the stop band begins at that Nyquist frequency (7.4 kHz at -6 dB for 16 kHz)."""
 
+PART = 4096
+"""Inputs of a recording that are converted at once: the window of each output is copied, 3 MB at most."""
+
 
 def resample(samples: Samples, from_hz: int, to_hz: int) -> Samples:
     """Sound of the rate `from_hz` at the rate `to_hz`; without delay, silence is assumed before and after.
@@ -32,21 +35,10 @@ def resample(samples: Samples, from_hz: int, to_hz: int) -> Samples:
     `samples` has the shape (n,), float32; the result (ceil(n * to_hz / from_hz),), float32. Raises ValueError for a
     rate that is not positive.
     """
-    up, down = _ratio(from_hz, to_hz)
-    if up == down or samples.size == 0:
-        return samples.astype(np.float32)
-    filters = _filters(up, down)
-    reach = filters.shape[1] // 2
-    length = -(-samples.size * up // down)
-    result = np.zeros(length, np.float32)
-    padded = np.concatenate([np.zeros(reach - 1, np.float32), samples, np.zeros(reach + 1, np.float32)])
-    windows = sliding_window_view(padded, 2 * reach)
-    for first in range(min(up, length)):
-        # Outputs first, first + up, ... share one phase; their windows lie `down` inputs apart.
-        count = -(-(length - first) // up)
-        begin, phase = divmod(first * down, up)
-        result[first::up] = windows[begin::down][:count] @ filters[phase]
-    return result
+    stream = StreamResampler(from_hz, to_hz)
+    padded = np.concatenate([samples.astype(np.float32), np.zeros(math.ceil(stream.delay_s * from_hz), np.float32)])
+    parts = [stream.push(padded[begin : begin + PART]) for begin in range(0, padded.size, PART)]
+    return np.concatenate([np.zeros(0, np.float32), *parts])[: -(-samples.size * to_hz // from_hz)]
 
 
 def _ratio(from_hz: int, to_hz: int) -> tuple[int, int]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from hvcpd.hardware import registers
 from hvcpd.hardware.joints import Joint, release_torque
+from hvcpd.hardware.registers import Register
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import TIMEOUT_S, DynamixelBus, MakePort
 from hvcpd.hardware.wheels_handshake import WINDOW_SIZE, WINDOW_START, arm, inspect, prepare, read_health, read_states
@@ -75,15 +76,16 @@ class DynamixelWheels(BusWheels):
         self._bus.alert = False
         self._bus.sync_write(registers.GOAL_VELOCITY, self._goals(command))
         windows = self._bus.sync_read(WINDOW_START, WINDOW_SIZE, self._ids)
-        left, right = (windows[motor_id] for motor_id in self._ids)
-        position = registers.PRESENT_POSITION
-        ticks = self._follow((position.decode(left, WINDOW_START), position.decode(right, WINDOW_START)))
+
+        def both(register: Register) -> tuple[int, int]:
+            left, right = (register.decode(windows[motor_id], WINDOW_START) for motor_id in self._ids)
+            return left, right
+
+        ticks = self._follow(both(registers.PRESENT_POSITION))
         self._doubtful = self._bus.alert
         for joint in self._joints:
             joint.cycle(self._bus)
-        volts = [registers.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) for window in (left, right)]
-        speeds = [registers.PRESENT_VELOCITY.decode(window, WINDOW_START) for window in (left, right)]
-        loads = [registers.PRESENT_LOAD.decode(window, WINDOW_START) for window in (left, right)]
+        speeds, loads = both(registers.PRESENT_VELOCITY), both(registers.PRESENT_LOAD)
         return WheelReading(
             left_rad=ticks[0] * registers.RAD_PER_TICK,
             right_rad=ticks[1] * registers.RAD_PER_TICK,
@@ -91,7 +93,7 @@ class DynamixelWheels(BusWheels):
             right_rad_s=speeds[1] * registers.VELOCITY_UNIT_RAD_S,
             left_effort=loads[0] * registers.LOAD_UNIT,
             right_effort=loads[1] * registers.LOAD_UNIT,
-            voltage_v=min(volts) * registers.VOLTAGE_UNIT_V,
+            voltage_v=min(both(registers.PRESENT_INPUT_VOLTAGE)) * registers.VOLTAGE_UNIT_V,
         )
 
     def _goals(self, command: WheelCommand) -> dict[int, int]:

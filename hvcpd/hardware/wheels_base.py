@@ -31,6 +31,9 @@ class BusWheels(ABC):
     tries to heal: the port is opened anew, torque and mode are restored, and the angle goes on without a jump.
     """
 
+    _stop_before = TRIES - 1
+    """The try before which the wheels get the command to stop, if those before have failed."""
+
     def __init__(self, bus: DynamixelBus, clock: Callable[[], float], lease_s: float) -> None:
         self._bus = bus
         self._clock = clock
@@ -158,11 +161,6 @@ class BusWheels(ABC):
         """Send zero to both wheels without waiting for anyone; their own lease stops them if it does not arrive."""
         with suppress(BusError):
             self._send_stop()
-
-    @property
-    def _stop_before(self) -> int:
-        """The try before which the wheels get the command to stop, if those before have failed."""
-        return TRIES - 1
 
     @abstractmethod
     def _inspect(self) -> list[str]:

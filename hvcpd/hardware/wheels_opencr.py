@@ -43,6 +43,9 @@ delay, less than it takes to start. A false alarm costs nothing but torque switc
 class OpenCRWheels(BusWheels):
     """The two wheels of a stock TurtleBot3 Burger. `clock` and `timeout_s` as in `DynamixelWheels`."""
 
+    _stop_before = 1
+    """At once: while a motor is silent the controller takes a packet each half second, so the stop must be next."""
+
     def __init__(
         self,
         port: str,
@@ -57,11 +60,6 @@ class OpenCRWheels(BusWheels):
         self._state: ControllerState | None = None
         self._state_s = 0.0
         self._torque_asked_s: float | None = None
-
-    @property
-    def _stop_before(self) -> int:
-        """At once: while a motor is silent the controller takes a packet each half second, so the stop must be next."""
-        return 1
 
     def _inspect(self) -> list[str]:
         return inspect(self._bus)
