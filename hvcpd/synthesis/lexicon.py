@@ -69,14 +69,13 @@ class Lexicon:
     """Words in lower case and their pronunciations, the preferred one first, over those of `dictionary`.
 
     `places` has, for words whose pronunciation depends on their place in the phrase, the one of each place; `own` are
-    the words that a user's file gives, `path` that file. All these are American; with `accent` "gb" each is said as
-    British English has it (`accent.py`).
+    the words that a user's file gives. All these are American; with `accent` "gb" each is said as British English has
+    it (`accent.py`).
     """
 
     entries: Mapping[str, tuple[Pronunciation, ...]]
     places: Mapping[str, Mapping[Place, Pronunciation]] = field(default_factory=dict)
     own: frozenset[str] = frozenset()
-    path: Path | None = None
     dictionary: Dictionary = CMUDICT
     accent: Accent = "us"
 
@@ -92,7 +91,7 @@ class Lexicon:
         theirs = _read(extra)
         kept = {word: places for word, places in ours.places.items() if word not in theirs.entries}
         own = frozenset(theirs.entries)
-        return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra, accent=accent)
+        return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, accent=accent)
 
     def find(self, word: str) -> Entry:
         """How a word is said, and where that is from. Without any letter or digit it is said as nothing."""

@@ -32,7 +32,6 @@ FULL_GLIDE = 0.9
 class Placed:
     """A phone in time: formants are its own from `start_s` to `end_s`; a stop's closure ends at `release_s`."""
 
-    name: str
     phone: Phone
     stress: int
     start_s: float
@@ -86,7 +85,7 @@ def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
             end += phone.aspiration_s / rate
         if phone.end_hz is not None:
             phone = _undershot(phone, phone.end_hz, length_s / rate)
-        placed.append(Placed(name.rstrip("012"), phone, stress_of(name), now, release, end))
+        placed.append(Placed(phone, stress_of(name), now, release, end))
         now = end
     return _give_aspiration(placed)
 

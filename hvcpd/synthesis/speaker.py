@@ -61,23 +61,6 @@ class Joined:
     advance: int
 
 
-@dataclass(frozen=True)
-class WordMark:
-    """Where in the sound a word is: samples from `start` up to but not including `end`."""
-
-    word: str
-    start: int
-    end: int
-
-
-@dataclass(frozen=True)
-class Rendered:
-    """A sentence as sound, and where its words are."""
-
-    samples: Samples
-    marks: tuple[WordMark, ...]
-
-
 class Speaker:
     """Speaks with one voice. Units are kept in memory: all of them, or the last ones where `cache` has them on disk."""
 
@@ -152,16 +135,19 @@ class Speaker:
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
         """Return a sentence as sound, shape (n,), float32 at 16 kHz: groups of words, between which the speaker
         pauses."""
-        return self.render_marked(phrases).samples
+        out = _overlaid(self.placed(phrases))
+        out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
+        return out
 
-    def render_marked(self, phrases: Sequence[Sequence[str]]) -> Rendered:
-        """Return a sentence as `render` does, with the place of every word."""
+    def placed(self, phrases: Sequence[Sequence[str]]) -> list[tuple[int, Samples]]:
+        """Return the units of a sentence's words, shape (n,) each, and the sample of the sentence at which each
+        starts."""
         spoken = [
             (word, number == len(phrase) - 1, place_in(phrase, number))
             for phrase in phrases
             for number, word in enumerate(phrase)
         ]
-        pieces: list[tuple[str, int, Samples]] = []
+        placed: list[tuple[int, Samples]] = []
         cursor, after_pause = 0, True
         for number, (word, final, place) in enumerate(spoken):
             pitch = PITCH_STEPS[min(len(PITCH_STEPS) - 1, len(PITCH_STEPS) * number // len(spoken))]
@@ -172,11 +158,9 @@ class Speaker:
             if after_pause:
                 cursor = max(cursor - piece.lead, 0)
             after_pause = final
-            pieces.append((word, cursor, unit))
+            placed.append((cursor, unit))
             cursor += piece.advance
-        out = _overlaid([(start, unit) for _, start, unit in pieces])
-        out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
-        return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))
+        return placed
 
 
 def _content(voice: Voice, phones: Pronunciation, position: UnitPosition, pitch: float) -> tuple[object, ...]:

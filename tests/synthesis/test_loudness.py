@@ -133,13 +133,11 @@ def test_no_joint_clicks(voice: object) -> None:
     Around the joints no error is larger than the larger of the two words' own.
     """
     speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
-    rendered = speaker.render_marked(
-        (("hi", "bot"), ("i", "am", "rob"), ("i", "will", "water", "the", "yellow", "rose"))
-    )
-    errors = np.abs(prediction_errors(rendered.samples))
+    sentence = (("hi", "bot"), ("i", "am", "rob"), ("i", "will", "water", "the", "yellow", "rose"))
+    errors = np.abs(prediction_errors(speaker.render(sentence)))
     whole = float(np.max(errors))
-    for mark in rendered.marks:
-        near = errors[max(0, mark.start - 32) : mark.start + 32]
+    for start, _ in speaker.placed(sentence):
+        near = errors[max(0, start - 32) : start + 32]
         assert float(np.max(near)) < 0.9 * whole
 
 

@@ -39,11 +39,11 @@ def test_words_of_any_level_are_brought_to_one_and_their_silence_is_cut() -> Non
 
 def test_a_sentence_is_made_of_the_recordings() -> None:
     speaker = RecordedSpeaker({"Rob": recording("rob", 0.3), "stop": recording("stop", 0.9)}, LEXICON)
-    rendered = speaker.render_marked([("rob",), ("STOP",)])
-    assert [mark.word for mark in rendered.marks] == ["rob", "STOP"]
-    assert loudness_lufs(rendered.samples) == pytest.approx(TARGET_LUFS, abs=1.0)
-    stop = rendered.marks[1]
-    heard, unit = rendered.samples[stop.start : stop.end], speaker.unit("stop", UnitPosition.FINAL)
+    sentence = [("rob",), ("STOP",)]
+    sound, (_, (start, unit)) = speaker.render(sentence), speaker.placed(sentence)
+    assert loudness_lufs(sound) == pytest.approx(TARGET_LUFS, abs=1.0)
+    assert np.array_equal(unit, speaker.unit("stop", UnitPosition.FINAL))
+    heard = sound[start : start + len(unit)]
     assert np.corrcoef(heard, unit)[0, 1] > 0.9999
 
 

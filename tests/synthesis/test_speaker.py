@@ -124,14 +124,13 @@ def test_neighbouring_words_are_joined_without_a_hole(brook: Speaker) -> None:
     assert min(levels) > max(levels) - 12.0
 
 
-def test_words_stand_where_the_marks_say(brook: Speaker) -> None:
-    rendered = brook.render_marked(SENTENCE)
-    assert [mark.word for mark in rendered.marks] == [word for phrase in SENTENCE for word in phrase]
-    assert [mark.start for mark in rendered.marks] == sorted(mark.start for mark in rendered.marks)
-    assert rendered.marks[-1].end == len(rendered.samples)
-    last = rendered.marks[-1]
-    part = rendered.samples[last.start : last.end]
-    assert rms_db(part) > -30.0
+def test_words_stand_in_their_order_up_to_the_end(brook: Speaker) -> None:
+    sound, placed = brook.render(SENTENCE), brook.placed(SENTENCE)
+    starts = [start for start, _ in placed]
+    assert len(placed) == sum(map(len, SENTENCE))
+    assert starts == sorted(starts)
+    assert starts[-1] + len(placed[-1][1]) == len(sound)
+    assert rms_db(sound[starts[-1] :]) > -30.0
 
 
 def test_a_comma_is_a_pause(brook: Speaker) -> None:
@@ -149,16 +148,15 @@ def test_a_comma_is_a_pause(brook: Speaker) -> None:
 def test_joints_do_not_click(voice: object) -> None:
     """A click is a jump; around no joint is there a larger one than inside the units themselves."""
     speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
-    rendered = speaker.render_marked(SENTENCE)
-    jumps = np.abs(np.diff(rendered.samples.astype(float), n=2))
+    jumps = np.abs(np.diff(speaker.render(SENTENCE).astype(float), n=2))
     inside = max(
         float(np.max(np.abs(np.diff(speaker.unit(word, position).astype(float), n=2))))
         for phrase in SENTENCE
         for word in phrase
         for position in UnitPosition
     )
-    for mark in rendered.marks:
-        near = jumps[max(0, mark.start - 200) : mark.start + 200]
+    for start, _ in speaker.placed(SENTENCE):
+        near = jumps[max(0, start - 200) : start + 200]
         assert float(np.max(near)) <= 1.1 * inside
 
 
