@@ -13,20 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from hvcpd.ros.messages import (
-    COVARIANCE_SIZE,
-    Byte,
-    Covariance,
-    Header,
-    Int32,
-    RobotState,
-    Sentence,
-    Task,
-    TaskArray,
-    Time,
-    Uint32,
-    Word,
-)
+from hvcpd.ros import messages as m
 
 T = TypeVar("T")
 
@@ -39,7 +26,7 @@ class Dialect:
     byte: Callable[[int], Any]
 
 
-OWN = {each.ROS_TYPE: each for each in (Word, Sentence, Task, TaskArray, RobotState)}
+OWN = {each.ROS_TYPE: each for each in (m.Word, m.Sentence, m.Task, m.TaskArray, m.RobotState)}
 """The messages that are our own."""
 
 
@@ -67,9 +54,9 @@ def definition(plain: Any) -> str:
 
 
 def _ros_name(hint: Any) -> str:
-    if hint == Covariance:
-        return f"float64[{COVARIANCE_SIZE}]"
-    if hint in (Int32, Uint32, Byte):
+    if hint == m.Covariance:
+        return f"float64[{m.COVARIANCE_SIZE}]"
+    if hint in (m.Int32, m.Uint32, m.Byte):
         return str(get_args(hint)[1])
     if get_origin(hint) is tuple:
         return f"{_ros_name(get_args(hint)[0])}[]"
@@ -81,7 +68,7 @@ def _whole_definition(plain: Any) -> str:
     """The definition with those of its fields' types, as ROS 1 puts them together."""
     parts = [definition(plain)]
     for kind in sorted(_nested(plain), key=lambda each: str(each.ROS_TYPE)):
-        text = ros_class(kind.ROS_TYPE)._full_text if kind is Header else definition(kind)
+        text = ros_class(kind.ROS_TYPE)._full_text if kind is m.Header else definition(kind)
         parts.append(f"MSG: {kind.ROS_TYPE}\n{text}")
     return f"{'=' * 80}\n".join(parts)
 
@@ -90,12 +77,12 @@ def _nested(plain: Any) -> set[Any]:
     """The message types of its fields, and of theirs, as far as ROS's Header, whose fields are other ones in ROS 1."""
     hints = [get_args(hint)[0] if get_origin(hint) is tuple else hint for hint in field_types(plain).values()]
     found = {hint for hint in hints if dataclasses.is_dataclass(hint)}
-    return found.union(*(_nested(each) for each in found - {Header}))
+    return found.union(*(_nested(each) for each in found - {m.Header}))
 
 
 def to_ros(value: Any, dialect: Dialect) -> Any:
     """The ROS message with the same content."""
-    if isinstance(value, Time):
+    if isinstance(value, m.Time):
         return dialect.time(value.sec, value.nanosec)
     if isinstance(value, tuple):
         return [to_ros(each, dialect) for each in value]
@@ -105,7 +92,7 @@ def to_ros(value: Any, dialect: Dialect) -> Any:
     message = ros_class(plain.ROS_TYPE)()
     for name, hint in field_types(plain).items():
         content = getattr(value, name)
-        setattr(message, name, dialect.byte(content) if hint == Byte else to_ros(content, dialect))
+        setattr(message, name, dialect.byte(content) if hint == m.Byte else to_ros(content, dialect))
     return message
 
 
@@ -123,12 +110,12 @@ def field_types(plain: Any) -> dict[str, Any]:
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    if hint is Time:
+    if hint is m.Time:
         seconds = value.sec if hasattr(value, "sec") else value.secs
-        return Time(seconds, value.nanosec if hasattr(value, "nanosec") else value.nsecs)
+        return m.Time(seconds, value.nanosec if hasattr(value, "nanosec") else value.nsecs)
     if dataclasses.is_dataclass(hint):
         return from_ros(value, hint)  # type: ignore[arg-type]
-    if hint == Byte:
+    if hint == m.Byte:
         return value[0] if isinstance(value, bytes) else value
     inner = get_args(hint)[0] if get_args(hint) else None
     if get_origin(hint) is tuple:

@@ -4,18 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hvcpd.ros.messages import (
-    Bool,
-    DiagnosticArray,
-    Message,
-    Odometry,
-    RobotState,
-    Sentence,
-    String,
-    TaskArray,
-    TFMessage,
-    Twist,
-)
+from hvcpd.ros import messages as m
 
 
 @dataclass(frozen=True)
@@ -26,26 +15,26 @@ class Topic:
     """
 
     name: str
-    type: type[Message]
+    type: type[m.Message]
     latched: bool = False
 
 
-HEARD = Topic("heard", String)
-HEARD_SENTENCE = Topic("heard/sentence", Sentence)
-SAID = Topic("said", String)
-SAID_SENTENCE = Topic("said/sentence", Sentence)
-EVENTS = Topic("events", String)
-TASKS = Topic("tasks", TaskArray, latched=True)
-STATE = Topic("state", RobotState, latched=True)
-STOPPED = Topic("estop/state", Bool, latched=True)
-CMD_VEL = Topic("cmd_vel", Twist)
-ODOM = Topic("odom", Odometry)
-TF = Topic("/tf", TFMessage)
-DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray)
+HEARD = Topic("heard", m.String)
+HEARD_SENTENCE = Topic("heard/sentence", m.Sentence)
+SAID = Topic("said", m.String)
+SAID_SENTENCE = Topic("said/sentence", m.Sentence)
+EVENTS = Topic("events", m.String)
+TASKS = Topic("tasks", m.TaskArray, latched=True)
+STATE = Topic("state", m.RobotState, latched=True)
+STOPPED = Topic("estop/state", m.Bool, latched=True)
+CMD_VEL = Topic("cmd_vel", m.Twist)
+ODOM = Topic("odom", m.Odometry)
+TF = Topic("/tf", m.TFMessage)
+DIAGNOSTICS = Topic("/diagnostics", m.DiagnosticArray)
 
-SAY = Topic("say", String)
-TASK = Topic("task", String)
-ESTOP = Topic("estop", Bool)
+SAY = Topic("say", m.String)
+TASK = Topic("task", m.String)
+ESTOP = Topic("estop", m.Bool)
 
 PUBLISHED = (HEARD, HEARD_SENTENCE, SAID, SAID_SENTENCE, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
 """Topics that are published in any case."""

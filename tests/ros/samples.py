@@ -8,29 +8,9 @@ from typing import Any, get_args, get_origin
 from hypothesis import strategies as st
 
 from hvcpd.ros.convert import field_types
-from hvcpd.ros.messages import (
-    COVARIANCE_SIZE,
-    Bool,
-    Byte,
-    Covariance,
-    DiagnosticArray,
-    Int32,
-    Message,
-    Odometry,
-    PoseStamped,
-    RobotState,
-    Sentence,
-    String,
-    TaskArray,
-    TFMessage,
-    Twist,
-    Uint32,
-)
+from hvcpd.ros.messages import COVARIANCE_SIZE, Byte, Covariance, Int32, Message, Uint32
 
-MESSAGES: tuple[type[Message], ...] = (
-    *(String, Bool, Twist, Odometry, TFMessage, DiagnosticArray, PoseStamped),
-    *(Sentence, TaskArray, RobotState),
-)
+MESSAGES: tuple[type[Message], ...] = get_args(Message)
 _numbers = st.floats(allow_nan=False)
 _texts = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
 

@@ -4,19 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from hvcpd.ros import messages as m
 from hvcpd.ros.bridge import Ask, Bridge, Output, Publish
-from hvcpd.ros.messages import (
-    Header,
-    Message,
-    Odometry,
-    Point,
-    Pose,
-    PoseWithCovariance,
-    Quaternion,
-    Twist,
-    TwistWithCovariance,
-    Vector3,
-)
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.topics import Topic
 
@@ -75,7 +64,7 @@ class Talk:
         self.bridge.from_daemon(line, now_s, STAMP_S)
         return self._fetch()
 
-    def ros(self, topic: Topic, message: Message, now_s: float = AT_S) -> list[Output]:
+    def ros(self, topic: Topic, message: m.Message, now_s: float = AT_S) -> list[Output]:
         self.bridge.from_ros(topic, message, now_s)
         return self._fetch()
 
@@ -89,7 +78,7 @@ class Talk:
         return new
 
 
-def on(topic: Topic, outputs: list[Output]) -> list[Message]:
+def on(topic: Topic, outputs: list[Output]) -> list[m.Message]:
     return [each.message for each in outputs if isinstance(each, Publish) and each.topic == topic]
 
 
@@ -102,7 +91,7 @@ def moving(linear: float, goal: int | None = None, stopped: bool = False) -> dic
     return {"event": "drive", "at_s": 1.0, "linear_m_s": linear, "angular_rad_s": 0.5, "stopped": stopped, "goal": to}
 
 
-def odometry(x_m: float, heading_rad: float) -> Odometry:
-    pose = Pose(Point(x_m, 2.0, 0.0), Quaternion.about_z(heading_rad))
-    speeds = Twist(Vector3(0.1), Vector3(z=-0.2))
-    return Odometry(Header(frame_id="odom"), "base_link", PoseWithCovariance(pose), TwistWithCovariance(speeds))
+def odometry(x_m: float, heading_rad: float) -> m.Odometry:
+    pose = m.Pose(m.Point(x_m, 2.0, 0.0), m.Quaternion.about_z(heading_rad))
+    speeds = m.Twist(m.Vector3(0.1), m.Vector3(z=-0.2))
+    return m.Odometry(m.Header(frame_id="odom"), "base_link", m.PoseWithCovariance(pose), m.TwistWithCovariance(speeds))
