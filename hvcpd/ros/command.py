@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
+from hvcpd.config.command_line import print_error
 from hvcpd.config.skill_settings import RosSettings
 from hvcpd.errors import DEBIAN_FOLDER, ConfigError, NotDoneError, NotRunningError
 from hvcpd.ros.bridge import Bridge
@@ -130,7 +131,7 @@ def wait_for_master(path: Path, ros_drives: bool, ask: Callable[[str], int] = ma
             ask(uri)
         except OSError as error:
             if not logged:
-                sys.stderr.write(f"hvcpctl: waiting for a ROS master at {uri} ({error.strerror or error})\n")
+                print_error("hvcpctl", f"waiting for a ROS master at {uri} ({error.strerror or error})")
                 logged = True
         else:
             return

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control.bench.bench import ROWS, BenchError, Cost, as_json, as_text, seconds, table
+from hvcpd.control.bench.bench import ROWS, BenchError, Cost, run, seconds, table
 from hvcpd.control.bench.work import WORKS
+from hvcpd.control.cli import make_parser
 
 
 class Counting:
@@ -26,19 +27,20 @@ class Counting:
 def test_what_precedes_the_work_is_taken_off_but_at_starts(tmp_path: Path) -> None:
     counting = Counting()
     figures = list(table(counting, tmp_path))
-    assert [figure.row for figure in figures] == list(ROWS)
-    for figure in figures:
-        if figure.row.alone:
-            assert figure.value == pytest.approx(2.0 * figure.row.amount * figure.row.times)
-    assert [figure.value for figure in figures if not figure.row.alone] == [99.0, 9.0]
+    assert [row for row, _ in figures] == list(ROWS)
+    for row, cost in figures:
+        if row.alone:
+            assert cost.amount == pytest.approx(2.0 * row.amount * row.times)
+    assert [cost.amount for row, cost in figures if not row.alone] == [99.0, 9.0]
     assert {row.work for row in ROWS} == set(WORKS)
 
 
-def test_a_figure_is_shown_with_its_unit(tmp_path: Path) -> None:
-    figure = list(table(Counting(), tmp_path))[-1]
-    assert as_text(figure).split()[-4:] == ["%", "of", "a", "core"]
-    assert json.loads(as_json(figure)) == {
-        "what": figure.row.text,
+def test_a_figure_is_shown_with_its_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    run(make_parser().parse_args(["bench"]), Counting())
+    assert capsys.readouterr().out.splitlines()[-2].split()[-5:] == ["200.00", "%", "of", "a", "core"]
+    run(make_parser().parse_args(["bench", "--json"]), Counting())
+    assert json.loads(capsys.readouterr().out.splitlines()[-2]) == {
+        "what": ROWS[-1].text,
         "value": 200.0,
         "unit": "% of a core",
         "busiest": 0.5,

@@ -8,10 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hvcpd.config.files import write_whole
+from hvcpd.control.cli import main
 from hvcpd.errors import unwritable
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ
+from tests.control.obliging import obliging_robot
 from tests.full_disk import NO_BYTECODE
 
 HVCPCTL = (sys.executable, "-m", "hvcpd.control.cli")
@@ -70,6 +75,24 @@ def test_sound_is_added_to_a_file_that_the_shell_adds_to(tmp_path: Path) -> None
 def test_no_message_can_be_written_either() -> None:
     done = shell(f"{' '.join(HVCPCTL)} --help > /dev/full 2> /dev/full")
     assert done.returncode == 2
+
+
+@needs_full
+def test_a_note_that_cannot_be_written_keeps_nobody_from_stopping(tmp_path: Path) -> None:
+    """The robot was not asked."""
+    settings = tmp_path / "damaged.yaml"
+    settings.write_text("\t: [")
+    with obliging_robot(tmp_path) as environment:
+        environment |= {"HVCPD_STATE_DIR": str(tmp_path)}
+        done = shell(f"{' '.join(HVCPCTL)} stop --config {settings} 2> /dev/full", **environment)
+    assert (done.returncode, done.stdout.startswith("Rob stands still")) == (0, True)
+
+
+@pytest.mark.slow
+def test_the_name_of_a_file_does_not_steer_a_terminal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_wav(tmp_path / "\x1b[2J.wav", np.zeros(SAMPLE_RATE_HZ, np.float32))
+    assert main(["hear", str(tmp_path / "\x1b[2J.wav")]) == 0
+    assert "\N{REPLACEMENT CHARACTER}[2J.wav is silent" in capsys.readouterr().err
 
 
 @needs_full

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from hvcpd.control.output import show
 from hvcpd.errors import EX_FAILURE, EX_OK, HvcpdError
 
 PATIENCE_S = 600.0
@@ -51,17 +52,9 @@ ROWS = (
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A row's result in its unit and, for a row that listens, the share of one core in the busiest second."""
-
-    row: Row
-    value: float
-    busiest: float | None = None
-
-
-@dataclass(frozen=True)
 class Cost:
-    """The cost of one process, in s or in another unit that is counted."""
+    """The cost of one process in s, or of a row in its unit; where it listens, the share of one core in the busiest
+    second."""
 
     amount: float
     busiest: float | None = None
@@ -71,15 +64,15 @@ Measure = Callable[[str, Path, int], Cost]
 """Does an amount of work, which keeps its files in the folder."""
 
 
-def table(measure: Measure, folder: Path) -> Iterator[Figure]:
-    """Yield each row's figure as soon as it is known. Raises what `measure` raises."""
+def table(measure: Measure, folder: Path) -> Iterator[tuple[Row, Cost]]:
+    """Yield each row with its cost as soon as that is known. Raises what `measure` raises."""
     for row in ROWS:
         before = 0.0
         if row.alone:
             measure(row.work, folder, 0)  # renders what the cache lacks
             before = measure(row.work, folder, 0).amount
         cost = measure(row.work, folder, row.amount)
-        yield Figure(row, (cost.amount - before) * row.times, cost.busiest)
+        yield row, Cost((cost.amount - before) * row.times, cost.busiest)
 
 
 def seconds(work: str, folder: Path, amount: int) -> Cost:
@@ -95,28 +88,16 @@ def seconds(work: str, folder: Path, amount: int) -> Cost:
     return Cost(measured["cpu_s"], measured["busiest"])
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace, measure: Measure = seconds) -> int:
     """Print the table; 0 if the robot keeps real time here."""
     busiest = 0.0
     with tempfile.TemporaryDirectory(prefix="hvcpd-bench-") as folder:
-        for figure in table(seconds, Path(folder)):
-            sys.stdout.write(as_json(figure) if options.json else as_text(figure))
-            busiest = max(busiest, figure.busiest or 0.0)
+        for row, cost in table(measure, Path(folder)):
+            fields = {"what": row.text, "value": round(cost.amount, 3), "unit": row.unit, "busiest": cost.busiest}
+            show(options.json, fields, f"{row.text:<48}{cost.amount:8.2f} {row.unit}")
+            busiest = max(busiest, cost.busiest or 0.0)
     keeps = busiest <= MOST_LOAD
-    if options.json:
-        sys.stdout.write(json.dumps({"keeps_real_time": keeps, "busiest": round(busiest, 3)}) + "\n")
-    else:
-        verdict = "keeps real time" if keeps else "is too slow: stop other programs, or set fewer `names`"
-        sys.stdout.write(f"this computer {verdict}: the busiest second took {busiest:.0%} of one core\n")
+    verdict = "keeps real time" if keeps else "is too slow: stop other programs, or set fewer `names`"
+    text = f"this computer {verdict}: the busiest second took {busiest:.0%} of one core"
+    show(options.json, {"keeps_real_time": keeps, "busiest": round(busiest, 3)}, text)
     return EX_OK if keeps else EX_FAILURE
-
-
-def as_text(figure: Figure) -> str:
-    """One line of the table."""
-    return f"{figure.row.text:<48}{figure.value:8.2f} {figure.row.unit}\n"
-
-
-def as_json(figure: Figure) -> str:
-    """The same as a JSON object."""
-    fields = {"what": figure.row.text, "value": round(figure.value, 3), "unit": figure.row.unit}
-    return json.dumps({**fields, "busiest": figure.busiest}) + "\n"

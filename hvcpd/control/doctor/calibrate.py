@@ -16,6 +16,7 @@ from hvcpd.control.doctor.diagnosis import RunCommand, run_command
 from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.live.daemon_client import running_robot
+from hvcpd.control.output import show
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
@@ -119,33 +120,29 @@ def _finish(
     is_kept = heard.understood and not options.dry_run
     if is_kept:
         _keep(path, result)
-    if options.json:
-        sys.stdout.write(json.dumps(result) + "\n")
-        return EX_OK if heard.understood else EX_FAILURE
-    off_db = PEAK_DBFS - power_dbfs(echo.peak**2)
+    lines, off_db = [], PEAK_DBFS - power_dbfs(echo.peak**2)
     if abs(off_db) > NEAR_DB:
         why = "no mixer control for it was found" if control is None else f"{control.name} goes no further"
-        sys.stdout.write(
-            f"the microphone's gain should change by {off_db:+.0f} dB, but {why}: set it with `alsamixer`, F4\n"
-        )
-    sys.stdout.write(
+        lines.append(f"the microphone's gain should change by {off_db:+.0f} dB, but {why}: set it with `alsamixer`, F4")
+    lines.append(
         f"a peer with the same loudspeaker is understood up to {reach_m:.1f} m in a free field: 20 log10("
         f"{reach_m:.1f} m / {options.distance:g} m) = {echo.level_dbfs:.0f} dBFS - ({heard.floor_dbfs:.0f} dBFS) - "
-        f"{NEEDED_SNR_DB:g} dB\n"
+        f"{NEEDED_SNR_DB:g} dB"
     )
     if response is not None:
-        sys.stdout.write(_about_loudspeaker(response))
+        lines.append(_about_loudspeaker(response))
     if not heard.understood:
-        sys.stdout.write("the robot does not understand its own voice: hvcpctl doctor --only sound tells why\n")
-    sys.stdout.write(f"kept in {path}; `sudo alsactl store` keeps the gains\n" if is_kept else "nothing was kept\n")
+        lines.append("the robot does not understand its own voice: hvcpctl doctor --only sound tells why")
+    lines.append(f"kept in {path}; `sudo alsactl store` keeps the gains" if is_kept else "nothing was kept")
+    show(options.json, result, *lines)
     return EX_OK if heard.understood else EX_FAILURE
 
 
 def _about_loudspeaker(response: Response) -> str:
     text = f"the loudspeaker, as the microphone hears it, sounds from {response.lowest_hz:.0f} Hz on"
     if response.resonance_hz is None:
-        return f"{text}, without a resonance\n"
-    return f"{text} and resonates at {response.resonance_hz:.0f} Hz, by {response.resonance_db:.0f} dB\n"
+        return f"{text}, without a resonance"
+    return f"{text} and resonates at {response.resonance_hz:.0f} Hz, by {response.resonance_db:.0f} dB"
 
 
 def _keep(path: Path, result: dict[str, object]) -> None:

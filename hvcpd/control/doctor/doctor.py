@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -16,6 +14,7 @@ from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
 from hvcpd.control.live.daemon_client import running_robot
+from hvcpd.control.output import show
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.preflight import Finding
@@ -95,9 +94,6 @@ def _verdict(found: list[Finding]) -> Finding:
 def _shown(findings: Iterator[Finding] | list[Finding], as_json: bool) -> Iterator[Finding]:
     """Write each finding as soon as it is known, because the checks take a while."""
     for finding in findings:
-        if as_json:
-            fields = {"subject": finding.subject, "grade": finding.grade, "ok": finding.ok}
-            sys.stdout.write(json.dumps({**fields, "text": finding.text, **finding.figures}) + "\n")
-        else:
-            sys.stdout.write(f"{_SIGNS[finding.grade]} {finding.subject}: {finding.text}\n")
+        fields = {"subject": finding.subject, "grade": finding.grade, "ok": finding.ok, "text": finding.text}
+        show(as_json, {**fields, **finding.figures}, f"{_SIGNS[finding.grade]} {finding.subject}: {finding.text}")
         yield finding

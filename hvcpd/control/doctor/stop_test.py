@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import random
 import sys
 from collections.abc import Iterator, Sequence
@@ -14,9 +13,9 @@ from functools import partial
 import numpy as np
 
 from hvcpd.assembly.make import make_speech_recogniser
-from hvcpd.config.command_line import print_error
 from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
 from hvcpd.control.live.daemon_client import running_robot
+from hvcpd.control.output import print_note, show
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK
@@ -68,7 +67,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     where, team = devices or Devices(), load_team(options)
     name = running_robot(team.settings.name, options)
     if name is not None:  # a sound server lets both have the card
-        print_error("hvcpctl", f"{name} runs now: it hears the calls, and its talk disturbs; end it first")
+        print_note(f"{name} runs now: it hears the calls, and its talk disturbs; end it first")
     found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE
@@ -147,14 +146,10 @@ def _printed(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
     for number, call in enumerate(calls):
         if not number and not as_json:
             sys.stdout.write("call          over the noise  halted after  for good\n")
-        if as_json:
-            sys.stdout.write(json.dumps(asdict(call)) + "\n")
-        else:
-            over = "did not arrive" if call.over_noise_db is None else f"{call.over_noise_db:.0f} dB"
-            halted = "not" if call.halted_s is None else f"{max(call.halted_s, 0.0):.2f} s"
-            sys.stdout.write(
-                f"{call.how:12}  {over:14}  {halted:12}  {'yes' if call.stopped_s is not None else 'no'}\n"
-            )
+        over = "did not arrive" if call.over_noise_db is None else f"{call.over_noise_db:.0f} dB"
+        halted = "not" if call.halted_s is None else f"{max(call.halted_s, 0.0):.2f} s"
+        stopped = "yes" if call.stopped_s is not None else "no"
+        show(as_json, asdict(call), f"{call.how:12}  {over:14}  {halted:12}  {stopped}")
         yield call
 
 
@@ -163,18 +158,17 @@ def _tell_verdict(calls: Sequence[Call], options: argparse.Namespace) -> None:
     arrived = [call for call in calls if call.over_noise_db is not None]
     in_time, for_good = sum(call.in_time for call in calls), sum(call.stopped_s is not None for call in calls)
     low, high = wilson(in_time, len(calls))
-    if options.json:
-        counts = {"calls": len(calls), "arrived": len(arrived), "in_time": in_time, "for_good": for_good}
-        sys.stdout.write(json.dumps({**counts, "least_share": round(low, 3), "most_share": round(high, 3)}) + "\n")
-        return
+    counts = {"calls": len(calls), "arrived": len(arrived), "in_time": in_time, "for_good": for_good}
     who = "This was you, here and now" if options.ask else "These were synthetic voices; people sound different (--ask)"
     if not (options.ask or options.output):
         who += ". They came from the robot's own loudspeaker; people stand farther away (--output)"
     if not arrived:
         who += ". Is it the right microphone, and is all loud enough? `hvcpctl doctor --only sound` looks"
-    sys.stdout.write(
+    show(
+        options.json,
+        counts | {"least_share": round(low, 3), "most_share": round(high, 3)},
         f"{in_time} of {len(calls)} calls halted the robot within {IN_TIME_S} s ({100 * low:.0f} to {100 * high:.0f} % "
-        f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.\n"
-        f"{who}. A call that halts it without a latch lets it go on after 2 s, unless it is said again.\n"
-        "A voice is not a safety device: if a robot can do harm, install a switch that cuts the motors' power.\n"
+        f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.",
+        f"{who}. A call that halts it without a latch lets it go on after 2 s, unless it is said again.",
+        "A voice is not a safety device: if a robot can do harm, install a switch that cuts the motors' power.",
     )

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from collections.abc import Sequence
+from functools import partial
 
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from hvcpd.control.output import show
 from hvcpd.hardware.drive_session import Snapshot
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.motion import MotionState
@@ -27,6 +27,7 @@ class DriveShow:
 
     def __init__(self, as_json: bool, action: str, dry_run: bool) -> None:
         self._json = as_json
+        self._tell = partial(show, as_json)
         self._action = action
         self._dry_run = dry_run
         self._console = Console()
@@ -103,13 +104,6 @@ class DriveShow:
         old = (before.wheel_radius_m, before.radius_ratio, before.separation_m)
         lines = [f"  {key}: {value}  # was {was:g}" for (key, value), was in zip(values.items(), old, strict=True)]
         self._tell({"event": "calibrated", **values}, "write this into the settings file:", "wheels:", *lines)
-
-    def _tell(self, fields: dict[str, object], *lines: str) -> None:
-        """Print one or the other: the fields for programs, the lines for people."""
-        if self._json:
-            sys.stdout.write(json.dumps(fields) + "\n")
-        else:
-            sys.stdout.writelines(f"{line}\n" for line in lines)
 
 
 def _pose(pose: Pose) -> dict[str, object]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 from collections.abc import Collection, Mapping, Sequence
@@ -12,12 +11,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.command_line import print_error
 from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
 from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes, other_speaker
+from hvcpd.control.output import print_note, show
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError, writing
@@ -93,19 +92,16 @@ def _list(options: argparse.Namespace) -> int:
     if faults and not people:
         raise StoreError("\n".join(faults))
     for fault in faults:
-        print_error("hvcpctl", fault)
+        print_note(fault)
     rows: list[dict[str, Any]] = [
         {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": sum(map(len, p.takes.values()))}
         for p in people.values()
     ]
-    if options.json:
-        sys.stdout.write(json.dumps(rows) + "\n")
-        return EX_OK
+    lines = []
     for row in rows:
         counts = ", ".join(plural(row[f"{one}s"], one) for one in ("sentence", "word", "take"))
-        sys.stdout.write(f"{row['name']}: {counts}\n")
-    if not rows:
-        sys.stdout.write("nobody is enrolled; enrol somebody with: hvcpctl enrol NAME\n")
+        lines.append(f"{row['name']}: {counts}")
+    show(options.json, rows, *(lines or ["nobody is enrolled; enrol somebody with: hvcpctl enrol NAME"]))
     return EX_OK
 
 
@@ -161,7 +157,7 @@ def _warn_of_robot(person: str, team: Team) -> None:
     """If it may be a robot's name."""
     if person.lower() in (name.lower() for name in team.settings.names):
         what = f"{person} is among the `names` of the settings, and counts as a person's from the next start on"
-        print_error("hvcpctl", f"warning: {what}; if it is a robot's: hvcpctl enrol {person} --remove")
+        print_note(f"warning: {what}; if it is a robot's: hvcpctl enrol {person} --remove")
 
 
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
@@ -305,25 +301,21 @@ def _consistent(word: str, takes: Sequence[Energies], report: Report) -> list[En
 
 
 def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
-    if options.json:
-        sys.stdout.write(json.dumps({"name": options.person, "file": str(path), **vars(report)}) + "\n")
-        return
-    for line in report.rejected:
-        sys.stdout.write(f"not used: {line}\n")
+    name = options.person
+    lines = [f"not used: {line}" for line in report.rejected]
     for first, second in report.confusable:
-        sys.stdout.write(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}\n")
+        lines.append(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}")
     if report.other_name:
-        wrong, name = f"they say 'I am {report.other_name}', and not '{options.person}'", options.person
-        sys.stdout.write(f"{name}: {wrong}; if the voice is not {name}'s: hvcpctl enrol {name} --remove\n")
+        wrong = f"they say 'I am {report.other_name}', and not '{name}'"
+        lines.append(f"{name}: {wrong}; if the voice is not {name}'s: hvcpctl enrol {name} --remove")
     if report.known:
-        known = plural(report.known, "recording")
-        sys.stdout.write(f"{options.person}: {known} known already, and not added again\n")
+        lines.append(f"{name}: {plural(report.known, 'recording')} known already, and not added again")
     if report.sentences:
-        sys.stdout.write(f"{options.person}: {plural(report.sentences, 'sentence')}, kept in {path}\n")
+        lines.append(f"{name}: {plural(report.sentences, 'sentence')}, kept in {path}")
     if report.words:
-        words, takes = plural(report.words, "word"), plural(report.takes, "take")
-        sys.stdout.write(f"{options.person}: {words}, {takes}, kept in {path}\n")
+        lines.append(f"{name}: {plural(report.words, 'word')}, {plural(report.takes, 'take')}, kept in {path}")
     if report.missing:
         more = " …" if len(report.missing) > 8 else ""
-        sys.stdout.write(f"{plural(len(report.missing), 'word')} missing: {', '.join(report.missing[:8])}{more}\n")
-    sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words or report.sentences))
+        lines.append(f"{plural(len(report.missing), 'word')} missing: {', '.join(report.missing[:8])}{more}")
+    lines += [HOW_IT_COUNTS] * bool(report.words or report.sentences)
+    show(options.json, {"name": name, "file": str(path), **vars(report)}, *lines)

@@ -17,6 +17,7 @@ from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.config.files import require_place, write_whole
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
+from hvcpd.control.output import print_note
 from hvcpd.control.simulate.team import Team
 from hvcpd.errors import AudioFileError, writing
 from hvcpd.hardware.soundfile import read_wav
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         events.append(event)
         teller.tell(event)
     if teller.sentences == 0 and not options.json:
-        sys.stderr.write(f"hvcpctl: {_nothing(samples, team.names, file)}\n")
+        print_note(_nothing(samples, team.names, file))
     if said is not None:
         _tell_nearness(samples, events, said, team, options)
     if options.plot:
@@ -76,7 +77,7 @@ def _tell_nearness(
     found = [as_line(near, text, options.json) for near in nearness(samples, events, said, team)]
     sys.stdout.writelines(line + "\n" for line in found)
     if not found:
-        sys.stderr.write(f"hvcpctl: no speech was noticed in {options.file[0]}\n")
+        print_note(f"no speech was noticed in {options.file[0]}")
 
 
 def _nothing(samples: Samples, names: Sequence[str], file: Path) -> str:

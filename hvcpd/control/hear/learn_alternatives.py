@@ -17,6 +17,7 @@ from hvcpd.assembly.make import make_template_recogniser, templates
 from hvcpd.assembly.sound import Sound
 from hvcpd.assembly.vocabulary import check
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
+from hvcpd.control.output import print_note
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
@@ -74,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     sys.stdout.write(as_yaml(found, team) if found else "")
     if not found:
         what = f"{misses} stretches were not understood, and none is near a sentence but for a word" if misses else ""
-        sys.stderr.write(f"hvcpctl: nothing to propose: {what or 'nothing in these recordings was misunderstood'}\n")
+        print_note(f"nothing to propose: {what or 'nothing in these recordings was misunderstood'}")
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -11,6 +10,7 @@ from dataclasses import replace
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK
 from hvcpd.hardware.audio_capture import Block, capture
 
@@ -23,7 +23,7 @@ def run(options: argparse.Namespace, capture: Capture = capture) -> int:
     settings = team.settings.audio
     with capture(replace(settings, input_device=options.device or settings.input_device)) as blocks:
         recogniser = make_speech_recogniser(team.phrasebook, team.names, team.sound)
-        sys.stderr.write(f"hvcpctl: listening for {', '.join(team.names)}; end with Ctrl-C\n")
+        print_note(f"listening for {', '.join(team.names)}; end with Ctrl-C")
         teller = Teller(team, sealing, options)
         for sound, lost in blocks:
             events = recogniser.lost(lost) if lost is not None else []

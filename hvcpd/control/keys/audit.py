@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -14,6 +12,7 @@ from dataclasses import dataclass, field
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.report import past_wall_s, vocabulary_of
 from hvcpd.control.live.transcript import open_transcript
+from hvcpd.control.output import show
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
@@ -152,11 +151,11 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
         phrasebook, tasks = vocabulary_of(reader, rows, options)
     found = audit(rows, phrasebook, tasks)
     counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
-    sys.stdout.write(json.dumps(counts) + "\n" if options.json else _as_text(found))
+    show(options.json, counts, *_lines(found))
     return EX_OK
 
 
-def _as_text(found: Audit) -> str:
+def _lines(found: Audit) -> list[str]:
     parts = [
         ("Sentences, by speaker", found.sentences),
         ("Orders", found.orders),
@@ -173,4 +172,4 @@ def _as_text(found: Audit) -> str:
     lines += [f"Fairness of the split: {fairness}", f"Garbled: {found.garbled}"]
     if found.not_understood:
         lines.append(f"Not in today's phrasebook: {found.not_understood}; give the names of that time with --config")
-    return "\n".join(lines) + "\n"
+    return lines

@@ -10,6 +10,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 from hvcpd.config.settings_file import load_settings
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK, KeyFileError, writing
 from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words
@@ -113,9 +114,9 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
     for entry in keys.entries:
         will_be_spoken = entry.until is None and entry.spoken_from > max(day, keys.newest)
         if entry.key != ring.spoken and will_be_spoken:
-            sys.stderr.write(
-                f"hvcpctl: this is the sheet of {ring.spoken.fingerprint}; the newer key {entry.key.fingerprint} "
-                f"has its own from {entry.spoken_from} on: print that then\n"
+            print_note(
+                f"this is the sheet of {ring.spoken.fingerprint}; the newer key {entry.key.fingerprint} has its own "
+                f"from {entry.spoken_from} on: print that then"
             )
     if options.output is None:
         sys.stdout.write(text)
@@ -153,9 +154,7 @@ def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:
 def _revoke(options: argparse.Namespace, path: Path, _day: date) -> None:
     names = load_settings(options.config, name_needed=False).names
     if options.name.casefold() not in map(str.casefold, names):
-        sys.stderr.write(
-            f"hvcpctl: {options.name} is none of the names in the settings ({', '.join(names)}); is it spelled so?\n"
-        )
+        print_note(f"{options.name} is none of the names in the settings ({', '.join(names)}); is it spelled so?")
     with changing(path):
         write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
     _tell(

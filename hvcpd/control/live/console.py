@@ -14,6 +14,7 @@ from secrets import token_urlsafe
 from typing import TYPE_CHECKING
 
 from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK, ConfigError, NotDoneError, how_to_install
 
 if TYPE_CHECKING:
@@ -49,9 +50,9 @@ def run(options: argparse.Namespace) -> int:
         host = f"[{options.listen}]" if ":" in options.listen else options.listen
         address = f"{host}:{listener.getsockname()[1]}"
         if options.expose:
-            sys.stderr.write(
-                f"hvcpctl: warning: {address} is not encrypted: anybody on that network can read the page's key and "
-                "all that is said, and stop and resume the robot\n"
+            print_note(
+                f"warning: {address} is not encrypted: anybody on that network can read the page's key and all that is "
+                "said, and stop and resume the robot"
             )
         app, end = _app(options, PageAccess(frozenset({address}), key))
         text = f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"

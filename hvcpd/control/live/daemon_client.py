@@ -9,7 +9,6 @@ import pwd
 import shlex
 import socket
 import struct
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, suppress
@@ -18,6 +17,7 @@ from typing import Any
 
 from hvcpd.config.json_objects import json_object
 from hvcpd.config.whereabouts import STAND_IN_NAME, Whereabouts, whereabouts
+from hvcpd.control.output import print_note
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import answers, no_answer, short_address, socket_folders, socket_name
 from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
@@ -284,7 +284,7 @@ def _note_errors(options: argparse.Namespace) -> None:
 
 
 def _note(errors: str) -> None:
-    sys.stderr.write(f"hvcpctl: note: the settings have errors ({errors.splitlines()[0]})\n")
+    print_note(f"note: the settings have errors ({errors.splitlines()[0]})")
 
 
 def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:

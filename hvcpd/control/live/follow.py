@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.control.output import print_note, show
 from hvcpd.errors import EX_OK, BusyError, NotRunningError
 
 if TYPE_CHECKING:
@@ -76,13 +75,13 @@ class JsonShow:
     """Prints each event as a JSON object on a line, with the wall-clock time."""
 
     def event(self, event: dict[str, Any], wall_s: float) -> None:
-        sys.stdout.write(json.dumps({**event, "wall_s": round(wall_s, 3)}) + "\n")
+        show(True, {**event, "wall_s": round(wall_s, 3)})
 
     def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
         """Prints nothing; `hvcpctl status --watch --json` does."""
 
     def note(self, text: str) -> None:
-        sys.stderr.write(f"hvcpctl: {text}\n")
+        print_note(text)
 
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import secrets
-import sys
 from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.live.follow import watch
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, NotRunningError, how_to_install
 from hvcpd.reporting.text import plural
 
@@ -107,24 +107,24 @@ class Broker:
     def _command(self, message: Any, obey: Callable[[str], None]) -> None:
         """Obey, except retained commands, which would be carried out again after each connection."""
         if message.retain:
-            sys.stderr.write("hvcpctl: MQTT: retained commands are ignored; send them without `retain`\n")
+            print_note("MQTT: retained commands are ignored; send them without `retain`")
         else:
             obey(message.payload.decode(errors="replace"))
 
     def _lost(self) -> None:
         if self._is_there:
             host, port = self._address
-            sys.stderr.write(f"hvcpctl: MQTT: the broker at {host}, port {port}, is gone; trying again\n")
+            print_note(f"MQTT: the broker at {host}, port {port}, is gone; trying again")
         self._is_there = False
 
     def _answered(self, code: Any) -> None:
         """The broker has taken or refused the connection; paho tries again by itself."""
         if code != 0:
-            sys.stderr.write(f"hvcpctl: MQTT: the broker refuses us ({code}); see --user and --password-file\n")
+            print_note(f"MQTT: the broker refuses us ({code}); see --user and --password-file")
             return
         self._is_there = True
         if self._n_dropped:
-            sys.stderr.write(f"hvcpctl: MQTT: connected again, without {plural(self._n_dropped, 'message')}\n")
+            print_note(f"MQTT: connected again, without {plural(self._n_dropped, 'message')}")
             self._n_dropped = 0
         self._client.subscribe(f"{self.topic}/command", AT_LEAST_ONCE)
         for topic, text in list(self._at_connect.items()):
@@ -160,7 +160,7 @@ class MqttShow:
     def note(self, text: str) -> None:
         """The daemon has ended or does not answer, or is back; then its status is sent at once."""
         self._sent = {}
-        sys.stderr.write(f"hvcpctl: {text}\n")
+        print_note(text)
         self._broker.keep(f"{self._broker.topic}/available", "offline")
 
 
@@ -200,9 +200,9 @@ class Commands:
                 daemon.ask(command, **({"text": sentence} if command == "say" else {}))
             self._owes_stop = False
         except NotRunningError as error:
-            sys.stderr.write(f"hvcpctl: {error}{'; it is stopped once it runs' * self._owes_stop}\n")
+            print_note(f"{error}{'; it is stopped once it runs' * self._owes_stop}")
         except HvcpdError as error:
-            sys.stderr.write(f"hvcpctl: {error}\n")
+            print_note(str(error))
 
     def make_good(self) -> None:
         """A daemon is there."""

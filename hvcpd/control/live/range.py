@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from contextlib import closing
 from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.control.output import show
 from hvcpd.errors import EX_OK, NotDoneError, PhraseError
 from hvcpd.reporting.text import clean
 
@@ -24,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
         daemon.ask("say", text=f"Hi {robot}, I am {daemon.name}, how far are you")
         text = _measured(daemon, robot)
         away = _peer(daemon, robot)["away"]
-    sys.stdout.write(json.dumps({"robot": robot, **away}) + "\n" if options.json else f"{clean(text)}\n")
+    show(options.json, {"robot": robot, **away}, clean(text))
     return EX_OK
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import time
 from collections.abc import Callable, Iterable
 from contextlib import closing
@@ -12,6 +10,7 @@ from contextlib import closing
 from hvcpd.config.task_changes import read_changes
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
+from hvcpd.control.output import show
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.language.phrasebook import Phrasebook
@@ -31,7 +30,7 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     if options.html is not None:
         with writing(options.html, ConfigError, "--html: "):
             write_shift(shift, options.html)
-    sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
+    show(options.json, as_json(shift), *as_text(shift).splitlines())
     return EX_OK
 
 

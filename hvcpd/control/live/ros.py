@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from contextlib import closing
 
 from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK, ConfigError
 from hvcpd.ros.command import choose_ros, ros2_words, run_bridge, see_sourced, start_again, wanted_by
 
@@ -28,6 +28,6 @@ def run(options: argparse.Namespace) -> int:
     reason = run_bridge(kind, wanted, path)
     if reason is not None:
         stands = "the robot stands, and " if wanted.ros_drives else ""
-        sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge restarts\n")
+        print_note(f"{reason}; {stands}the bridge restarts")
         start_again()
     return EX_OK

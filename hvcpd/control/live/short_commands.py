@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from hvcpd.control.live.daemon_client import (
     sockets_here,
     sockets_meant,
 )
+from hvcpd.control.output import show
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
 
@@ -56,10 +56,8 @@ def _give(options: argparse.Namespace, daemon: DaemonClient) -> None:
             daemon.patience_s = LEARN_S
         result = daemon.ask(options.command)
         is_outdone = options.command != "reload" and result["stopped"] is (options.command == "resume")
-        if options.json:
-            sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
-        elif not is_outdone:
-            sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
+        lines = [] if is_outdone else result_lines(options.command, daemon.name, result)
+        show(options.json, {"name": daemon.name, **result}, *lines)
         if is_outdone:
             raise NotDoneError(f"{daemon.name} was {'stopped again' if result['stopped'] else 'released'} meanwhile")
         if result.get("kept") is False:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from contextlib import closing
 from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.control.output import show
 from hvcpd.errors import EX_OK
 from hvcpd.hardware.temperature import processor_temperature_c
 from hvcpd.reporting.metrics import metrics_of
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep)
 
 def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
     while True:
-        sys.stdout.write(json.dumps(daemon.ask(options.command)) + "\n")
+        show(True, daemon.ask(options.command))
         if not options.watch:
             return
         wait(EVERY_S)

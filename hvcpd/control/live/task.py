@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from contextlib import closing
 from typing import Any
 
 from hvcpd.config.document import parse
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.live.short_commands import result_lines
+from hvcpd.control.output import show
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, ConfigError
 
@@ -31,13 +31,11 @@ def run(options: argparse.Namespace) -> int:
         if options.do in OTHERS:
             daemon.patience_s = LEARN_S
         result = daemon.ask("task", **arguments)
-        if options.json:
-            lines = [json.dumps({"robot": daemon.name, **result})]
-        elif options.do in OTHERS:
+        if options.do in OTHERS:
             lines = [*result_lines("reload", daemon.name, result), OTHERS[options.do]]
         else:
             lines = [f"task {options.number}, {result['name']}, {BECOMES[options.do]}: {daemon.name} tells the others"]
-        sys.stdout.writelines(f"{line}\n" for line in lines)
+        show(options.json, {"robot": daemon.name, **result}, *lines)
     return EX_OK
 
 

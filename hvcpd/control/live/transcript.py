@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
-import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing, suppress
@@ -17,6 +15,7 @@ from typing import Any
 
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.daemon_client import DaemonClient, daemon_at, find_daemon, meant
+from hvcpd.control.output import show
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.language.forms import SEALED_KINDS
 from hvcpd.language.phrasebook import WORDS, Vocabulary
@@ -117,17 +116,16 @@ def run(
         while True:
             for row in reader.rows(last, since_s):
                 last = row.number
-                sys.stdout.write(line_of(row, options.json) + "\n")
+                fields = {"number": row.number, "wall_s": row.wall_s, **asdict(row.record)}
+                show(options.json, fields, line_of(row))
             if not options.follow:
                 return EX_OK
             wait(POLL_S)
 
 
-def line_of(row: TranscriptRow, as_json: bool) -> str:
-    """One utterance for people, or as a JSON object."""
+def line_of(row: TranscriptRow) -> str:
+    """One utterance for people."""
     record = row.record
-    if as_json:
-        return json.dumps({"number": row.number, "wall_s": row.wall_s, **asdict(record)})
     at = datetime.fromtimestamp(row.wall_s).strftime("%Y-%m-%d %H:%M:%S") if row.wall_s else f"{record.at_s:19.1f}"
     sure = f"  ({record.confidence:.0%})" if record.confidence is not None else ""
     seal = f"  {seal_words(clean(record.seal))}" if record.seal else ""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
-import sys
 from collections.abc import Mapping
 from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, find_daemon_of
+from hvcpd.control.output import show
 from hvcpd.errors import EX_OK, NotAllowedError, NotDoneError, NotRunningError
 
 SAID_WITHIN_S = 60.0
@@ -38,10 +37,7 @@ def have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
     said = next((event for event in daemon.events(SAID_WITHIN_S) if _without_seal(event) == text), None)
     if said is None:
         raise NotDoneError(f"{daemon.name} had no chance to say it for {SAID_WITHIN_S:g} s")
-    if options.json:
-        sys.stdout.write(json.dumps(said) + "\n")
-    else:
-        sys.stdout.write(f"{daemon.name} says: {text}\n")
+    show(options.json, said, f"{daemon.name} says: {text}")
     return EX_OK
 
 

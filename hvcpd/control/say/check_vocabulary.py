@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 
 from hvcpd.assembly.vocabulary import LIMIT_NOISE, LIMIT_QUIET, Confusion, as_dict, check, describe
+from hvcpd.control.output import show
 from hvcpd.control.simulate.team import load_team, vocabulary_cache
 from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.reporting.text import listed
@@ -23,8 +23,7 @@ def run(options: argparse.Namespace) -> int:
     refused = [c for c in found if c.confusable and not c.fixed]
     if options.json:
         for confusion in found:
-            line = as_dict(confusion) | {"confusable": confusion.confusable}
-            sys.stdout.write(json.dumps(line) + "\n")
+            show(True, as_dict(confusion) | {"confusable": confusion.confusable})
     else:
         sys.stdout.write(as_table(found))
     return EX_FAILURE if refused else EX_OK

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import pwd
 import shlex
-import sys
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +19,7 @@ from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_with_sources
+from hvcpd.control.output import print_note, show
 from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
@@ -50,17 +49,14 @@ def run(options: argparse.Namespace) -> int:
     for name in names:
         _prepare(replace(settings, name=name), folder, for_service)
     n_words = len(team.phrasebook.graph.words)
-    if options.json:
-        result = {"words": n_words, "names": names, "folder": str(folder), "for_service": for_service}
-        sys.stdout.write(json.dumps(result) + "\n")
-    else:
-        sys.stdout.write(f"{n_words} words in the voices of {', '.join(names)} are ready in {folder}\n")
+    result = {"words": n_words, "names": names, "folder": str(folder), "for_service": for_service}
+    show(options.json, result, f"{n_words} words in the voices of {', '.join(names)} are ready in {folder}")
     if not for_service:
         why = "which is not there yet"
         if os.access(settings.state_dir, os.F_OK):
             why = f"which you cannot write; {_remedy(options, settings.state_dir)}"
         read = settings.state_dir / "units"
-        sys.stderr.write(f"hvcpctl: note: this is your own cache; a service reads {read}, {why}\n")
+        print_note(f"note: this is your own cache; a service reads {read}, {why}")
     return EX_OK
 
 

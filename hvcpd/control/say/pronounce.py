@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import json
 import sys
 from collections.abc import Sequence
 from itertools import chain
@@ -14,6 +13,7 @@ from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.files import STANDARD_OUTPUT, write_whole
 from hvcpd.config.settings_file import load_settings
+from hvcpd.control.output import show
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, writing
 from hvcpd.hardware.soundfile import write_wav
@@ -57,25 +57,23 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_word(word: str, known: Sequence[Known], as_json: bool) -> None:
-    if as_json:
-        rows = [
-            {
-                "phones": " ".join(k.phones),
-                "respelled": respelled(k.phones),
-                "source": k.source,
-                "place": k.place.value if k.place else None,
-                "used": k.used,
-                "why": k.why,
-            }
-            for k in known
-        ]
-        sys.stdout.write(json.dumps({"word": word, "pronunciations": rows}) + "\n")
-        return
-    sys.stdout.write(f"{word}\n")
-    width = max(len(" ".join(k.phones)) for k in known)
-    for k in known:
-        mark = "*" if k.used else " "
-        sys.stdout.write(f"  {mark} {' '.join(k.phones):{width}}  {respelled(k.phones)}  [{k.source}] {k.why}\n")
+    rows = [
+        {
+            "phones": " ".join(k.phones),
+            "respelled": respelled(k.phones),
+            "source": k.source,
+            "place": k.place.value if k.place else None,
+            "used": k.used,
+            "why": k.why,
+        }
+        for k in known
+    ]
+    width = max(len(str(row["phones"])) for row in rows)
+    lines = [
+        f"  {'*' if row['used'] else ' '} {row['phones']:{width}}  {row['respelled']}  [{row['source']}] {row['why']}"
+        for row in rows
+    ]
+    show(as_json, {"word": word, "pronunciations": rows}, word, *lines)
 
 
 def _print_table(lexicon: Lexicon, as_json: bool) -> None:
@@ -83,7 +81,7 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
     rows = [paper_row(word, lexicon) for word in PAPER_TABLE]
     if as_json:
         for row in rows:
-            sys.stdout.write(json.dumps(row) + "\n")
+            show(True, row)
         return
     head = ("word", "possible", "paper used", "alone", *(place.value for place in Place))
     cells = [

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 
 from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.files import STANDARD_OUTPUT
+from hvcpd.control.output import print_note, show
 from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import EX_OK, PhraseError
@@ -29,24 +28,24 @@ def speak(options: argparse.Namespace) -> int:
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
     typed = team.phrasebook.parse_text(options.text)
     if (utterance := for_robots(typed)) != typed:
-        sys.stderr.write(f"hvcpctl: note: said as '{team.phrasebook.write(utterance)}', which robots hear\n")
+        print_note(f"note: said as '{team.phrasebook.write(utterance)}', which robots hear")
     if voice_of and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
-        sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
+        print_note(f"note: {utterance.speaker}'s words in {voice_of}'s voice")
     if not HEARD_RATES[0] <= options.rate <= HEARD_RATES[1]:
         least, most = HEARD_RATES
-        sys.stderr.write(f"hvcpctl: note: for people; robots understand {least:g} to {most:g} of the usual rate\n")
+        print_note(f"note: for people; robots understand {least:g} to {most:g} of the usual rate")
     delivery = Delivery(options.rate, options.gain_db, options.lombard)
     phrases = team.phrasebook.phrases(utterance)
     speaker = _speaker(options, team, delivery, voice_of or utterance.speaker or team.settings.name, phrases)
     samples, gain_db = delivery.level(speaker.render(phrases))
     if gain_db < options.gain_db - HEARD_DB:
-        sys.stderr.write(f"hvcpctl: note: only {gain_db:+.1f} dB; more would clip\n")
+        print_note(f"note: only {gain_db:+.1f} dB; more would clip")
     write_or_play(samples, options.output, team.settings.audio.output_device)
     if options.json and options.output != STANDARD_OUTPUT:
         duration_s = len(samples) / SAMPLE_RATE_HZ
         written = team.phrasebook.write(utterance)
         file = str(options.output) if options.output is not None else None
-        sys.stdout.write(json.dumps({"text": written, "duration_s": round(duration_s, 3), "file": file}) + "\n")
+        show(True, {"text": written, "duration_s": round(duration_s, 3), "file": file})
     return EX_OK
 
 

@@ -6,13 +6,13 @@ The robots' own conversation over simulated air that carries words without sound
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from datetime import timedelta
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
+from hvcpd.control.output import print_note, show
 from hvcpd.control.simulate.simulate_parser import FOR_SOUND
 from hvcpd.control.simulate.team import Team, as_written, lacked_skills, unable_robots
 from hvcpd.coordination.actions import Speech, Talk
@@ -37,13 +37,13 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     once = [task.number for task in team.tasks.tasks if task.every is None and not task.on_demand]
     if once:
         subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
-        sys.stderr.write(f"hvcpctl: note: {subject}: done only once, without `every:` (docs/skills.md)\n")
+        print_note(f"note: {subject}: done only once, without `every:` (docs/skills.md)")
     if team.tasks.places:
         names = ", ".join(place.name for place in team.tasks.places)
-        sys.stderr.write(f"hvcpctl: note: with --hours robots drive through {names} unasked; see it without --hours\n")
+        print_note(f"note: with --hours robots drive through {names} unasked; see it without --hours")
     plan = day_plan(options, team, coordinator, speech)
     if not plan.clocks and any(task.every is not None for task in plan.tasks):
-        sys.stderr.write("hvcpctl: note: no robot here has a clock (clock: false), so none knows when a task is due\n")
+        print_note("note: no robot here has a clock (clock: false), so none knows when a task is due")
     mission = WordMission(plan, keep=True)
     understood: list[m.Utterance] = []
 
@@ -56,7 +56,7 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     mission.remember_done(BEGIN_S)
     mission.run()
     shift = _shift(mission, understood, team, options.hours * HOUR_S)
-    sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
+    show(options.json, as_json(shift), *as_text(shift).splitlines())
     if options.report is not None:
         path = options.report / "shift.html"
         with writing(path, AudioFileError, "--report: ", "name another directory"):
@@ -64,7 +64,7 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
         if not options.json:
             sys.stdout.write(f"\nReport: {path} (open it in a browser)\n")
     if not shift.due:
-        sys.stderr.write(f"hvcpctl: note: within {options.hours:g} h of Monday, 00:00, nothing is due\n")
+        print_note(f"note: within {options.hours:g} h of Monday, 00:00, nothing is due")
     good = all(each.became in ("done", "done late", "to be done") for each in shift.due)
     return EX_OK if good else EX_FAILURE
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hvcpd.control.output import print_note
 from hvcpd.errors import EX_OK, AudioFileError, ConfigError, how_to_install, writing
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
     drawn = any(one.draw is not None for _, one in found)
     if drawn and not plots_available():
-        sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({how_to_install('matplotlib')})\n")
+        print_note(f"note: no plots without matplotlib ({how_to_install('matplotlib')})")
     plot = " and a plot" if drawn and plots_available() else ""
     rows = ", and the rows of all trials" if options.from_recordings is None else ""
     sys.stdout.write(f"Report: {page}; beside it a CSV{plot} of each experiment{rows}.\n")
@@ -64,7 +65,7 @@ def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
         text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {how_to_install(' '.join(modules))}"
         if alone:
             raise ConfigError(text)
-        sys.stderr.write(f"hvcpctl: note: left out: {text}\n")
+        print_note(f"note: left out: {text}")
     return [name for name in names if name not in lacking]
 
 

@@ -23,12 +23,12 @@ from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, FakePump, usual_devices
 from hvcpd.assembly.plan import speech_of
-from hvcpd.config.command_line import print_error
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import Settings, SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.tasks import Tend, Use
 from hvcpd.control.keys.key import today
+from hvcpd.control.output import print_note
 from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import (
     Team,
@@ -75,10 +75,10 @@ def run(options: argparse.Namespace) -> int:
     options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
     coordinator = _coordinator(options, robots, team.settings)
     for text in doubts(team.tasks, len(robots) - 1 if coordinator is not None else None):
-        print_error("hvcpctl", f"warning: {team.settings.tasks}: {text}")
+        print_note(f"warning: {team.settings.tasks}: {text}")
     for name in robots:
         if keys is not None and keys.is_revoked(name):
-            print_error("hvcpctl", f"warning: {name} is revoked in {options.key}: nobody believes what it says")
+            print_note(f"warning: {name} is revoked in {options.key}: nobody believes what it says")
     if options.hours is not None:
         if options.report is not None:
             _make_directory(options.report)
@@ -207,7 +207,7 @@ def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[
             try:
                 pace = partial(_play_louder, stack.enter_context(Playback(backend=backend)))
             except DeviceError as error:
-                sys.stderr.write(f"hvcpctl: note: nothing is played: {error}\n")
+                print_note(f"note: nothing is played: {error}")
         yield pace
 
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
-from hvcpd.config.command_line import print_error
 from hvcpd.config.document import place_of
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import Loaded, load_settings, load_with_sources
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
+from hvcpd.control.output import print_note
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory import PEOPLE_FOLDER
@@ -141,7 +141,7 @@ def lacked_skills(
         if able < task.robots:
             remain = f"{able or 'no'} robot{'s' * (able > 1)}" + f" of {task.robots}" * (task.robots > 1)
             why = "--without leaves" if len(willing) > able else f"what {team.settings.name} cannot do leaves"
-            print_error("hvcpctl", f"warning: task {task.number}, {task.name!r}: {why} {remain} to do it")
+            print_note(f"warning: task {task.number}, {task.name!r}: {why} {remain} to do it")
     return lacked
 
 
@@ -156,7 +156,7 @@ def _enrolled(
 
     people, faults = tellable_people(settings.state_dir, robots, lexicon, allow_same)
     for fault in faults:
-        print_error("hvcpctl", f"warning: {fault}")
+        print_note(f"warning: {fault}")
     return people
 
 
