@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
+from hvcpd.errors import EX_OK
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -24,15 +25,15 @@ def add_command(
 
     `text` lists it, and is its description if there is no other; the help ends with the epilog and the examples. `run`
     is the module of `hvcpd.control` with the command's function `run`, imported when it is needed, so that every
-    command starts quickly.
+    command starts quickly; it returns nothing, or the exit status.
     """
     description = description or f"{text[0].upper()}{text[1:]}."
     epilog = with_examples(epilog, *examples) if examples else epilog
     command = commands.add_parser(name, help=text, description=description, epilog=epilog or None)
 
     def run_module(options: argparse.Namespace) -> int:
-        status: int = import_module(f"hvcpd.control.{run}").run(options)
-        return status
+        status: int | None = import_module(f"hvcpd.control.{run}").run(options)
+        return status or EX_OK
 
     command.set_defaults(run=run_module)
     return command

@@ -8,13 +8,11 @@ import sys
 import shtab
 
 from hvcpd.control.cli import make_parser
-from hvcpd.errors import EX_OK
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print the completion for a shell."""
     sys.stdout.write(completion_of(make_parser(), options.shell))
-    return EX_OK
 
 
 def completion_of(parser: argparse.ArgumentParser, shell: str) -> str:

@@ -158,7 +158,7 @@ class _Reader:
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
         self._own, self._begin_s, self._names = own, begin_s, names
-        self._ends = ReportedEnds()
+        self._ends = ReportedEnds(names)
         self._claimed: dict[int, str] = {}
         self._next = 0
 
@@ -198,24 +198,18 @@ class _Reader:
         self.events.append(heard)
 
     def _tell(self, statement: m.Statement, member: Member, wall_s: float) -> None:
+        for ended, task in self._ends.new(member.name, statement, wall_s):
+            if ended is m.Completed:
+                member.done.append(task)
+                self.events.append(Performed(wall_s - self._begin_s, member.name, task, math.nan, math.nan))
+                self._change(task, "done", member.name, wall_s)
+            else:
+                member.failed.append(task)
+                self._change(task, "open", None, wall_s, member.name)
+                self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(task)}"))
         match statement:
-            case m.Claim() as claim:
-                for each in claim.tasks:
-                    self._ends.claimed(member.name, self._number(each))
-                self._change(claim.task, "claimed", member.name, wall_s)  # of two claimed at once it goes to the first
-            case m.Working(ref):
-                self._change(ref, "claimed", member.name, wall_s)
-            case m.Completed():
-                for done in statement.tasks:
-                    self._complete(done, member, wall_s)
-            case m.Confirmed(complete=True):  # the report may not have been heard; if one was, it may be another's
-                for done in statement.tasks:
-                    if not self._ends.is_done(done.number, wall_s):
-                        self._complete(done, member, wall_s)
-            case m.Failed(ref) if self._ends.is_new(member.name, m.Failed, ref.number, wall_s):
-                member.failed.append(ref.number)
-                self._change(ref, "open", None, wall_s, member.name)
-                self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(ref.number)}"))
+            case m.Claim(task=ref) | m.Working(ref):  # of two claimed at once a robot goes to the first
+                self._change(self._ends.number(ref), "claimed", member.name, wall_s)
             case m.Report():
                 member.report = statement
             case m.Stop():
@@ -228,20 +222,9 @@ class _Reader:
     def _task(self, number: int) -> str:
         return task_words(number, self._names.get(number))
 
-    def _number(self, ref: m.TaskRef) -> int | None:
-        if isinstance(ref, m.TaskByNumber):
-            return ref.number
-        return next((number for number, name in self._names.items() if name == ref.name), None)
-
-    def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
-        if not self._ends.is_new(member.name, m.Completed, ref.number, wall_s):
-            return
-        member.done.append(ref.number)
-        self.events.append(Performed(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))
-        self._change(ref, "done", member.name, wall_s)
-
-    def _change(self, ref: m.TaskRef, state: str, owner: str | None, wall_s: float, robot: str | None = None) -> None:
-        number = self._number(ref)
+    def _change(
+        self, number: int | None, state: str, owner: str | None, wall_s: float, robot: str | None = None
+    ) -> None:
         if number is not None:
             at_s = wall_s - self._begin_s
             before = self._claimed.pop(number, None)

@@ -13,9 +13,9 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.control.cli import make_parser
+from hvcpd.control.doctor.diagnosis import Machine
 from hvcpd.control.doctor.doctor import run
-from hvcpd.control.doctor.doctor_board import Board
-from hvcpd.control.doctor.doctor_machine import Machine, look_at_service
+from hvcpd.control.doctor.doctor_machine import look_at_service
 from hvcpd.control.doctor.doctor_sound import judge
 from hvcpd.control.doctor.self_hearing import SelfHearing
 from hvcpd.errors import EX_FAILURE
@@ -35,7 +35,8 @@ def options(tmp_path: Path, *more: str) -> argparse.Namespace:
 
 
 def machine(tmp_path: Path, systemctl: str | None = None, decoding_s: float = 0.0, **more: Any) -> Machine:
-    """A computer by whose clock decoding the benchmark's sound, some 9 s, takes so long."""
+    """A computer, no Raspberry Pi, without a sound card, by whose clock decoding the benchmark's sound, some 9 s, takes
+    so long."""
     times = iter([0.0, decoding_s])
     (tmp_path / "dev" / "snd").mkdir(parents=True, exist_ok=True)
     (tmp_path / "temp").write_text("51200\n")
@@ -43,12 +44,8 @@ def machine(tmp_path: Path, systemctl: str | None = None, decoding_s: float = 0.
     def command(_command: Sequence[str]) -> str | None:
         return systemctl
 
-    return Machine(tmp_path / "dev", tmp_path / "temp", command, cpu_s=lambda: next(times), **more)
-
-
-def plain_board(tmp_path: Path) -> Board:
-    """No Raspberry Pi, and no sound card."""
-    return Board(tmp_path / "none", tmp_path / "none", tmp_path / "none", lambda _: None)
+    dev, temp, none = (tmp_path / name for name in ("dev", "temp", "none"))
+    return Machine(dev, temp, none, none, none, command, cpu_s=lambda: next(times), **more)
 
 
 def found(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
@@ -57,7 +54,7 @@ def found(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
 
 @pytest.mark.slow
 def test_a_robot_that_is_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(options(tmp_path), EchoRoom().devices, machine(tmp_path), board=plain_board(tmp_path)) == 0
+    assert run(options(tmp_path), EchoRoom().devices, machine(tmp_path)) == 0
     told = found(capsys)
     assert told["loopback"]["grade"] == "ok"
     assert "understood 'Hi, I am Rob, I am free'" in told["loopback"]["text"]
@@ -148,7 +145,7 @@ def test_the_service_is_looked_at(tmp_path: Path, systemctl: str | None, grade: 
 def test_a_slow_processor_a_wrong_clock_and_missing_groups(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ill = machine(tmp_path, decoding_s=30.0, wall_s=lambda: 0.0, may=lambda path, _: "snd" not in str(path))
     (tmp_path / "dev" / "snd" / "pcmC0D0c").touch()
-    assert run(options(tmp_path, "--only", "machine"), machine=ill, board=plain_board(tmp_path)) == 1
+    assert run(options(tmp_path, "--only", "machine"), machine=ill) == 1
     told = found(capsys)
     assert "too slow" in told["processor"]["text"]
     assert told["clock"]["grade"] == "note"

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control.doctor.diagnosis import run_command
-from hvcpd.control.doctor.doctor_board import Board, look_at_board
+from hvcpd.control.doctor.diagnosis import Machine, run_command
+from hvcpd.control.doctor.doctor_board import look_at_board
 
 
-def board(folder: Path, word: str | None = None, told: dict[str, str] | None = None) -> Board:
+def board(folder: Path, word: str | None = None, told: dict[str, str] | None = None) -> Machine:
     """A board that prints `told` for each command, and whose firmware has that word."""
     (folder / "proc").mkdir(exist_ok=True)
     if word is not None:
@@ -18,7 +18,7 @@ def board(folder: Path, word: str | None = None, told: dict[str, str] | None = N
     def run(command: Sequence[str]) -> str | None:
         return (told or {}).get(command[0])
 
-    return Board(folder / "throttled", folder / "config.txt", folder / "proc", run)
+    return Machine(throttled=folder / "throttled", boot=folder / "config.txt", proc=folder / "proc", run=run)
 
 
 def card(folder: Path, number: int, name: str, device: str, status: str) -> None:
@@ -28,7 +28,7 @@ def card(folder: Path, number: int, name: str, device: str, status: str) -> None
     (there / device / "sub0/status").write_text(status)
 
 
-def found(a_board: Board) -> list[tuple[str, str, str]]:
+def found(a_board: Machine) -> list[tuple[str, str, str]]:
     return [(each.subject, str(each.grade), each.text) for each in look_at_board(a_board)]
 
 

@@ -88,7 +88,7 @@ def test_people_with_the_key_read_what_others_hear_as_sealed(
 
     plain = "Hi Rob, I am Bot, turn left"
     with_key = ["--json", "--key", str(tmp_path / "team.key")]
-    assert listen.run(make_parser().parse_args(["listen", *with_key]), microphone) == 0
+    listen.run(make_parser().parse_args(["listen", *with_key]), microphone)
     read = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [(each["text"], each["seal"]) for each in read] == [
         (plain, "right"),

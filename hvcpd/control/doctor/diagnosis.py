@@ -1,12 +1,17 @@
-"""What the checks of `hvcpctl doctor` share: their findings in three grades, and commands of the system."""
+"""What the checks of `hvcpctl doctor` share: their findings in three grades, and what they look at."""
 
 from __future__ import annotations
 
+import os
 import subprocess
+import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 from hvcpd.daemon.preflight import Finding
 from hvcpd.errors import EX_UNAVAILABLE
+from hvcpd.hardware.temperature import THERMAL
 
 
 def fine(subject: str, text: str, **figures: float) -> Finding:
@@ -35,3 +40,18 @@ def run_command(command: Sequence[str]) -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The folders, commands and clocks of the computer that the doctor looks at; tests pass others."""
+
+    devices: Path = Path("/dev")
+    thermal: Path = THERMAL
+    throttled: Path = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
+    boot: Path = Path("/boot/firmware/config.txt")
+    proc: Path = Path("/proc")
+    run: RunCommand = run_command
+    wall_s: Callable[[], float] = time.time
+    cpu_s: Callable[[], float] = time.thread_time
+    may: Callable[[Path, int], bool] = os.access

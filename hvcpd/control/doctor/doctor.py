@@ -9,9 +9,9 @@ from itertools import chain
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.doctor.diagnosis import fine, note, wrong
-from hvcpd.control.doctor.doctor_board import Board, look_at_board
-from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
+from hvcpd.control.doctor.diagnosis import Machine, fine, note, wrong
+from hvcpd.control.doctor.doctor_board import look_at_board
+from hvcpd.control.doctor.doctor_machine import look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
 from hvcpd.control.live.daemon_client import running_robot
 from hvcpd.control.output import show
@@ -32,12 +32,11 @@ def run(
     devices: Devices | None = None,
     machine: Machine | None = None,
     make_port: MakePort = WaitingPort,
-    board: Board | None = None,
 ) -> int:
     """Check everything, or the given subjects; returns 0 only if nothing is wrong."""
-    where = devices or Devices()
+    where, computer = devices or Devices(), machine or Machine()
     subjects: dict[str, Callable[[Team], Iterator[Finding]]] = {
-        "machine": lambda team: chain(look_at_board(board or Board()), look_at_machine(team, machine or Machine())),
+        "machine": lambda team: chain(look_at_board(computer), look_at_machine(team, computer)),
         "sound": lambda team: look_at_sound(team, where, aloud=not options.silent),
     }
     found: list[Finding] = []

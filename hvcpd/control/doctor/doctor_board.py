@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
-from hvcpd.control.doctor.diagnosis import RunCommand, fine, note, run_command, wrong
+from hvcpd.control.doctor.diagnosis import Machine, fine, note, wrong
 from hvcpd.daemon.preflight import Finding
 
 UNDERVOLTAGE, CAPPED, THROTTLED, SOFT_LIMIT = (1 << bit for bit in range(4))
@@ -20,29 +19,19 @@ NARROW = {"armhf": "aarch64", "i386": "x86_64"}
 """Debian's 32-bit architectures, and the 64-bit kernel that they also run under."""
 
 
-@dataclass(frozen=True)
-class Board:
-    """The folders and commands that the doctor reads; tests pass others."""
-
-    throttled: Path = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
-    boot: Path = Path("/boot/firmware/config.txt")
-    proc: Path = Path("/proc")
-    run: RunCommand = run_command
-
-
-def look_at_board(board: Board) -> Iterator[Finding]:
+def look_at_board(machine: Machine) -> Iterator[Finding]:
     """All checks of a Raspberry Pi; on other computers those that apply."""
-    yield from _look_at_supply(board)
-    yield from _look_at_width(board)
-    yield from _look_at_overlays(board)
-    yield from look_at_owners(board)
+    yield from _look_at_supply(machine)
+    yield from _look_at_width(machine)
+    yield from _look_at_overlays(machine)
+    yield from look_at_owners(machine)
 
 
-def _look_at_supply(board: Board) -> Iterator[Finding]:
+def _look_at_supply(machine: Machine) -> Iterator[Finding]:
     """By the firmware's word or, where this user may not ask it, by the kernel's file, which soon forgets."""
-    found = re.search(r"throttled=0x([0-9a-f]+)", board.run(("vcgencmd", "get_throttled")) or "")
+    found = re.search(r"throttled=0x([0-9a-f]+)", machine.run(("vcgencmd", "get_throttled")) or "")
     try:
-        word = int(found[1] if found else board.throttled.read_text(encoding="ascii"), 16)
+        word = int(found[1] if found else machine.throttled.read_text(encoding="ascii"), 16)
     except (OSError, ValueError):
         return
     now, since = word, word >> SINCE_START
@@ -62,32 +51,32 @@ def _look_at_supply(board: Board) -> Iterator[Finding]:
         yield fine("supply", text, word=word)
 
 
-def _look_at_width(board: Board) -> Iterator[Finding]:
-    machine, system = (
-        (board.run(command) or "").strip() for command in (("uname", "-m"), ("dpkg", "--print-architecture"))
+def _look_at_width(machine: Machine) -> Iterator[Finding]:
+    kernel, system = (
+        (machine.run(command) or "").strip() for command in (("uname", "-m"), ("dpkg", "--print-architecture"))
     )
-    if system in NARROW and machine == NARROW[system]:
+    if system in NARROW and kernel == NARROW[system]:
         text = f"the kernel has 64 bits and the system 32 ({system}): libraries for 64 bits do not run in it"
         yield wrong("system", f"{text}; write Raspberry Pi OS (64-bit) to the card")
 
 
-def _look_at_overlays(board: Board) -> Iterator[Finding]:
+def _look_at_overlays(machine: Machine) -> Iterator[Finding]:
     """Whether there is a card that can record and, on a Raspberry Pi without one, which overlays its start asks for."""
-    if list(board.proc.glob("asound/card*/pcm*c")):
+    if list(machine.proc.glob("asound/card*/pcm*c")):
         return
     try:
-        lines = board.boot.read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = machine.boot.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return
     asked = [line.strip() for line in lines if re.match(r"\s*dtoverlay=(?!vc4-|dwc|disable-|miniuart)", line)]
     there = f"has {', '.join(asked)}: look at `sudo dmesg`, reseat the board" if asked else "has none"
     text = "no card can record: plug in a USB microphone; for one on the header, its maker names the dtoverlay= line"
-    yield wrong("overlay", f"{text} of {board.boot}, which {there}; then reboot the Pi")
+    yield wrong("overlay", f"{text} of {machine.boot}, which {there}; then reboot the Pi")
 
 
-def look_at_owners(board: Board) -> Iterator[Finding]:
+def look_at_owners(machine: Machine) -> Iterator[Finding]:
     """The other programs that have sound cards open now."""
-    for (pid, name), cards in sorted(_owners(board.proc).items()):
+    for (pid, name), cards in sorted(_owners(machine.proc).items()):
         text = f"{name} (process {pid}) has {', '.join(sorted(cards))}"
         if name.startswith("hvcpd"):
             yield fine("cards", text)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +13,11 @@ import numpy as np
 import hvcpd
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.control.bench.bench import MOST_LOAD
-from hvcpd.control.doctor.diagnosis import RunCommand, fine, note, run_command, wrong
+from hvcpd.control.doctor.diagnosis import Machine, fine, note, wrong
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import Finding, find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
-from hvcpd.hardware.temperature import THERMAL, processor_temperature_c
+from hvcpd.hardware.temperature import processor_temperature_c
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.text import plural
@@ -34,18 +33,6 @@ HOT_C = 80.0
 BENCHMARK_SENTENCES = 4
 NOISE_RMS = 0.001
 """-60 dBFS beneath the benchmark's sentences, as a quiet room's."""
-
-
-@dataclass(frozen=True)
-class Machine:
-    """The folders and commands that the doctor reads; tests pass others."""
-
-    devices: Path = Path("/dev")
-    thermal: Path = THERMAL
-    run: RunCommand = run_command
-    wall_s: Callable[[], float] = time.time
-    cpu_s: Callable[[], float] = time.thread_time
-    may: Callable[[Path, int], bool] = os.access
 
 
 def look_at_machine(team: Team, machine: Machine) -> Iterator[Finding]:

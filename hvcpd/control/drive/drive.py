@@ -92,7 +92,8 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
         try:
             wheels.open()
             if options.action == "calibrate":
-                return _calibrate(options, settings, session, show)
+                _calibrate(options, settings, session, show)
+                return EX_OK
             for journey in journeys:
                 if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
                     break
@@ -162,7 +163,7 @@ def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, 
     return EX_OK if navigator.state is MotionState.ARRIVED else EX_FAILURE
 
 
-def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSession, show: DriveShow) -> int:
+def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSession, show: DriveShow) -> None:
     drive = drive_of(settings.wheels)
     tape = TapeMeasure()
 
@@ -190,4 +191,3 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
         raise CalibrationError(str(error)) from error
     if not options.dry_run:
         show.calibrated(drive, result)
-    return EX_OK

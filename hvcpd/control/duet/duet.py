@@ -32,7 +32,7 @@ from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.name_learning import Rendered, at_once
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wiring import Wiring
-from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
+from hvcpd.errors import ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
 
@@ -56,7 +56,7 @@ _CARD = "through this computer's loudspeaker and microphone ({microphone})"
 _PIPE = "through simulated air ({why})"
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Let the robots talk until interrupted. Raises ConfigError and DeviceError."""
     cast = cast_of(options)
     robots = tuple(name for name in cast.robots if options.as_name is None or name.lower() == options.as_name.lower())
@@ -90,7 +90,6 @@ def run(options: argparse.Namespace) -> int:
         libraries.end()
         if log.tell():
             sys.stdout.write(f"The robots logged warnings: {log.name}\n")
-    return EX_OK
 
 
 def _open_log(robots: tuple[str, ...]) -> TextIO:

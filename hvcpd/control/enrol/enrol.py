@@ -64,19 +64,20 @@ class Report:
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     """Do what the options ask for; without an action, record."""
     if options.list:
-        return _list(options)
-    if options.import_ is not None:
-        return _import(options)
-    if options.person is None:
+        _list(options)
+    elif options.import_ is not None:
+        _import(options)
+    elif options.person is None:
         raise ConfigError("whose voice? hvcpctl enrol NAME, for example: hvcpctl enrol Anna")
-    fault = valid_robot_name(options.person)
-    if fault is not None:
+    elif fault := valid_robot_name(options.person):
         raise ConfigError(fault)
-    if options.remove:
-        return _remove(options)
-    if options.export is not None:
-        return _export(options)
-    return _enrol(options, devices or Devices())
+    elif options.remove:
+        _remove(options)
+    elif options.export is not None:
+        _export(options)
+    else:
+        return _enrol(options, devices or Devices())
+    return EX_OK
 
 
 def _state_dir(options: argparse.Namespace) -> Path:
@@ -87,7 +88,7 @@ def _state_dir(options: argparse.Namespace) -> Path:
     return folder
 
 
-def _list(options: argparse.Namespace) -> int:
+def _list(options: argparse.Namespace) -> None:
     people, faults = enrolled_people(_state_dir(options))
     if faults and not people:
         raise StoreError("\n".join(faults))
@@ -102,7 +103,6 @@ def _list(options: argparse.Namespace) -> int:
         counts = ", ".join(plural(row[f"{one}s"], one) for one in ("sentence", "word", "take"))
         lines.append(f"{row['name']}: {counts}")
     show(options.json, rows, *(lines or ["nobody is enrolled; enrol somebody with: hvcpctl enrol NAME"]))
-    return EX_OK
 
 
 def _known(options: argparse.Namespace) -> Path:
@@ -112,22 +112,20 @@ def _known(options: argparse.Namespace) -> Path:
     return path
 
 
-def _remove(options: argparse.Namespace) -> int:
+def _remove(options: argparse.Namespace) -> None:
     remove_person(_known(options))
     sys.stdout.write(f"{options.person} is forgotten; a running robot forgets the voice with: hvcpctl reload\n")
-    return EX_OK
 
 
-def _export(options: argparse.Namespace) -> int:
+def _export(options: argparse.Namespace) -> None:
     person = read_person(_known(options))
     with writing(options.export, StoreError):
         options.export.parent.stat()  # only the robot's own folder is made
     write_person(options.export, person)
     sys.stdout.write(f"{options.person} is written to {options.export}\n")
-    return EX_OK
 
 
-def _import(options: argparse.Namespace) -> int:
+def _import(options: argparse.Namespace) -> None:
     person = read_person(options.import_)
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
@@ -137,12 +135,11 @@ def _import(options: argparse.Namespace) -> int:
     after = joined(before, person)
     if content(after) == content(before):
         sys.stdout.write(f"{person.name}: all of {options.import_} is known already, and not added again\n")
-        return EX_OK
+        return
     write_person(path, after)
     _warn_of_robot(person.name, team)
     known = f"{plural(len(after.sentences), 'sentence')} and {plural(len(after.takes), 'word')}"
     sys.stdout.write(f"{person.name}: now known by {known}; {HOW_IT_COUNTS}\n")
-    return EX_OK
 
 
 def _team_with(options: argparse.Namespace, person: str) -> Team:

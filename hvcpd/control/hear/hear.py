@@ -37,12 +37,13 @@ BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """List the sentences, as text or as one JSON object a line."""
     if options.learn_alternatives:
         from hvcpd.control.hear import learn_alternatives
 
-        return learn_alternatives.run(options)
+        learn_alternatives.run(options)
+        return
     if len(options.file) > 1:
         raise AudioFileError("hear takes one recording; give several only with --learn-alternatives")
     [file] = options.file
@@ -62,7 +63,6 @@ def run(options: argparse.Namespace) -> int:
         _tell_nearness(samples, events, said, team, options)
     if options.plot:
         _draw(options.plot, samples, events, file.name)
-    return 0
 
 
 def _tell_nearness(

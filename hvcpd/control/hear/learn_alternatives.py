@@ -61,7 +61,7 @@ class Proposal:
     end_s: float
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print what to paste into the task file."""
     team = load_team(options, options.names or ())
     said = team.phrasebook.render(team.phrasebook.parse_text(options.said)) if options.said else None
@@ -76,7 +76,6 @@ def run(options: argparse.Namespace) -> int:
     if not found:
         what = f"{misses} stretches were not understood, and none is near a sentence but for a word" if misses else ""
         print_note(f"nothing to propose: {what or 'nothing in these recordings was misunderstood'}")
-    return 0
 
 
 def _hear(recogniser: TemplateRecogniser, samples: Samples) -> list[Event]:

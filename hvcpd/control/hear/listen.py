@@ -11,13 +11,12 @@ from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK
 from hvcpd.hardware.audio_capture import Block, capture
 
 Capture = Callable[[AudioSettings], AbstractContextManager[Iterator[Block]]]
 
 
-def run(options: argparse.Namespace, capture: Capture = capture) -> int:
+def run(options: argparse.Namespace, capture: Capture = capture) -> None:
     """Print each sentence when it is understood, until interrupted."""
     team, sealing = listening_team(options)
     settings = team.settings.audio
@@ -29,4 +28,3 @@ def run(options: argparse.Namespace, capture: Capture = capture) -> int:
             events = recogniser.lost(lost) if lost is not None else []
             for event in [*events, *recogniser.push(sound)]:
                 teller.tell(event)
-    return EX_OK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass, field
 
@@ -13,7 +13,7 @@ from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.report import past_wall_s, vocabulary_of
 from hvcpd.control.live.transcript import open_transcript
 from hvcpd.control.output import show
-from hvcpd.errors import EX_OK, PhraseError
+from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
@@ -73,8 +73,8 @@ class Audit:
 
 def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable[TaskDefinition]) -> Audit:
     """Count what was said and heard."""
-    found = Audit()
-    counter = _Counter(found, {m.TaskByName(task.name): m.TaskByNumber(task.number) for task in tasks})
+    found, pending = Audit(), dict[tuple[str, str], str]()
+    ends = ReportedEnds({task.number: task.name for task in tasks})
     for row in rows:
         if row.record.kind == "garbled":
             found.garbled += not row.record.text  # with a text it is a note, and nobody has spoken
@@ -84,66 +84,38 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable
         except PhraseError:
             found.not_understood += 1
             continue
-        counter.take(utterance, utterance.speaker or row.record.speaker or "somebody", row.wall_s or 0.0)
+        speaker = utterance.speaker or row.record.speaker or "somebody"
+        found.sentences[speaker] += 1
+        for who, statement in told(utterance, speaker):
+            for ended, task in ends.new(who, statement, row.wall_s or 0.0):
+                (found.deeds if ended is m.Completed else found.failed)[who] += 1
+                if ended is m.Completed:
+                    found.done.setdefault(task, who)
+        _count_orders(found, pending, utterance, speaker)
     return found
 
 
-class _Counter:
-    """Takes sentences one after the other."""
-
-    def __init__(self, found: Audit, numbered: Mapping[m.TaskRef, m.TaskRef]) -> None:
-        self._found, self._numbered = found, numbered
-        self._pending: dict[tuple[str, str], str] = {}
-        self._ends = ReportedEnds()
-
-    def take(self, u: m.Utterance, speaker: str, at_s: float) -> None:
-        """Count a sentence that was said then, s."""
-        found, pending = self._found, self._pending
-        to = str(u.addressee or m.ToAll())
-        found.sentences[speaker] += 1
-        answered = pending.get((speaker, to))
-        statement = m.parts(u)[-1].statement
-        for who, each in told(u, speaker):
-            self._tell(who, each, at_s)
-        match statement:
-            case order if isinstance(order, ORDERS):
-                pending[to, speaker] = f"{speaker} to {to}"
-                found.orders[f"{speaker} to {to}"] += 1
-            case m.Claim() | m.WillMove() if answered:
-                found.taken[answered] += 1
-                del pending[speaker, to]
-            case m.Claim() as claim:
-                found.claims[speaker] += len(claim.tasks)
-            case m.Completed(claim=m.Claim() as claim):
-                found.claims[speaker] += len(claim.tasks)
-            case m.Stop():
-                found.stops[speaker] += 1
-            case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
-                found.refusals[f"{speaker} to {to}: {REASONS[type(no)]}"] += 1
-                pending.pop((speaker, to), None)
-
-    def _tell(self, who: str, statement: m.Statement, at_s: float) -> None:
-        """Count what is told of somebody's tasks."""
-        match statement:
-            case m.Claim():
-                for task in statement.tasks:
-                    self._ends.claimed(who, self._numbered.get(task, task))
-            case m.Completed():
-                for done in statement.tasks:
-                    self._complete(who, done, at_s)
-            case m.Confirmed(complete=True):  # as in the report of a shift
-                for done in statement.tasks:
-                    if not self._ends.is_done(done, at_s):
-                        self._complete(who, done, at_s)
-            case m.Failed(task):
-                self._found.failed[who] += self._ends.is_new(who, m.Failed, task, at_s)
-
-    def _complete(self, who: str, task: m.TaskByNumber, at_s: float) -> None:
-        self._found.done.setdefault(task.number, who)
-        self._found.deeds[who] += self._ends.is_new(who, m.Completed, task, at_s)
+def _count_orders(found: Audit, pending: dict[tuple[str, str], str], u: m.Utterance, speaker: str) -> None:
+    """Count orders, claims, stops and answers; `pending` has the orders that wait for one, by who gives it to whom."""
+    to = str(u.addressee or m.ToAll())
+    answered = pending.get((speaker, to))
+    match m.parts(u)[-1].statement:
+        case order if isinstance(order, ORDERS):
+            pending[to, speaker] = f"{speaker} to {to}"
+            found.orders[f"{speaker} to {to}"] += 1
+        case m.Claim() | m.WillMove() if answered:
+            found.taken[answered] += 1
+            del pending[speaker, to]
+        case (m.Claim() as claim) | m.Completed(claim=m.Claim() as claim):
+            found.claims[speaker] += len(claim.tasks)
+        case m.Stop():
+            found.stops[speaker] += 1
+        case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
+            found.refusals[f"{speaker} to {to}: {REASONS[type(no)]}"] += 1
+            pending.pop((speaker, to), None)
 
 
-def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
+def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> None:
     """Print the counts."""
     since_s = past_wall_s(options.since, now_s())
     with closing(open_transcript(options)) as reader:
@@ -152,7 +124,6 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     found = audit(rows, phrasebook, tasks)
     counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
     show(options.json, counts, *_lines(found))
-    return EX_OK
 
 
 def _lines(found: Audit) -> list[str]:

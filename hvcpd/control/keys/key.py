@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK, KeyFileError, writing
+from hvcpd.errors import KeyFileError, writing
 from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words
 from hvcpd.reporting.text import plural
@@ -45,11 +45,10 @@ def today() -> date:
     return datetime.now(UTC).date()
 
 
-def run(options: argparse.Namespace, day: Today = today) -> int:
+def run(options: argparse.Namespace, day: Today = today) -> None:
     """Carry out the action; keys go into their file, and nowhere else unless a sheet is requested."""
     keep_out_of_dumps()
     _ACTIONS[options.action](options, _path(options), day())
-    return EX_OK
 
 
 def _path(options: argparse.Namespace) -> Path:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK, ConfigError, NotDoneError, how_to_install
+from hvcpd.errors import ConfigError, NotDoneError, how_to_install
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hvcpd.console.guard import PageAccess
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Serve the page until interrupted."""
     if missing := missing_parts():
         raise NotDoneError(f"the console needs {' and '.join(missing)}: {how_to_install(' '.join(missing))}")
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
                 "THIS-COMPUTER\nand then open http://localhost:8765/ there. Ctrl-C ends it.\n"
             )
             PageServer(app, partial(sys.stdout.write, text), end).serve_on(listener)
-        return EX_OK
+        return
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
             f"--listen {options.listen}: anybody who reaches that address could see the page; for a phone or another "
@@ -57,7 +57,6 @@ def run(options: argparse.Namespace) -> int:
         app, end = _app(options, PageAccess(frozenset({address}), key))
         text = f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"
         PageServer(app, partial(sys.stdout.write, text), end).serve_on(listener)
-    return EX_OK
 
 
 def missing_parts() -> list[str]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.output import print_note, show
-from hvcpd.errors import EX_OK, BusyError, NotRunningError
+from hvcpd.errors import BusyError, NotRunningError
 
 if TYPE_CHECKING:
     from hvcpd.control.live.follow_lines import FollowLines
@@ -84,13 +84,12 @@ class JsonShow:
         print_note(text)
 
 
-def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
+def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> None:
     """Follow until interrupted; wait for a daemon that has ended or does not answer."""
     more = {"moved": options.poses, "sound": options.sound}
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
         watch(options, show, wait, n_events, [kind for kind, wanted in more.items() if wanted])
-    return EX_OK
 
 
 def watch(

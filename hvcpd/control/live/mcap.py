@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.files import write_whole
-from hvcpd.errors import EX_OK, ConfigError, writing
+from hvcpd.errors import ConfigError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
 from hvcpd.reporting.text import plural
@@ -19,7 +19,7 @@ LAST_S = 2.0**64 / 1e9
 """Seconds that an unsigned 64-bit number of nanoseconds holds (https://mcap.dev/spec, "Message")."""
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Read the whole recording, then write the whole file."""
     messages = [*messages_of(options.recording)]
     if not messages:
@@ -27,7 +27,6 @@ def run(options: argparse.Namespace) -> int:
     with writing(options.output, ConfigError):
         write_whole(options.output, write_mcap(messages))
     sys.stdout.write(f"{options.output}: {plural(len(messages), 'message')}\n")
-    return EX_OK
 
 
 def messages_of(recording: Path) -> Iterator[Message]:

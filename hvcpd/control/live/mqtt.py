@@ -18,7 +18,7 @@ from hvcpd import __version__
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.live.follow import watch
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, NotRunningError, how_to_install
+from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, NotRunningError, how_to_install
 from hvcpd.reporting.text import plural
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
@@ -164,7 +164,7 @@ class MqttShow:
         self._broker.keep(f"{self._broker.topic}/available", "offline")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Bridge until interrupted; wait for a daemon that has ended or does not answer."""
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
@@ -174,7 +174,6 @@ def run(options: argparse.Namespace) -> int:
             f"{options.discovery}/device/hvcpd_{name.lower()}/config", json.dumps(discovery(name, broker.topic))
         )
         watch(options, MqttShow(broker, commands.make_good))
-    return EX_OK
 
 
 class Commands:

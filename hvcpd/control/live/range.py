@@ -8,14 +8,14 @@ from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.output import show
-from hvcpd.errors import EX_OK, NotDoneError, PhraseError
+from hvcpd.errors import NotDoneError, PhraseError
 from hvcpd.reporting.text import clean
 
 WITHIN_S = 60.0
 """Three sentences take 20 s; in a busy team the robot's turn may come after half a minute."""
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Ask, wait for the distance, and print it. Raises NotDoneError if none was measured."""
     with closing(find_daemon(options)) as daemon:
         robot = _peer(daemon, options.robot)["name"]
@@ -24,7 +24,6 @@ def run(options: argparse.Namespace) -> int:
         text = _measured(daemon, robot)
         away = _peer(daemon, robot)["away"]
     show(options.json, {"robot": robot, **away}, clean(text))
-    return EX_OK
 
 
 def _peer(daemon: DaemonClient, name: str) -> dict[str, Any]:

@@ -12,14 +12,14 @@ from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.output import show
 from hvcpd.control.simulate.team import load_team
-from hvcpd.errors import EX_OK, ConfigError, writing
+from hvcpd.errors import ConfigError, writing
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.reporting.shift import read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 
 
-def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
+def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> None:
     """Print the shift, and with --html draw it."""
     end_s = now_s()
     since_s = past_wall_s(options.since, end_s)
@@ -31,7 +31,6 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
         with writing(options.html, ConfigError, "--html: "):
             write_shift(shift, options.html)
     show(options.json, as_json(shift), *as_text(shift).splitlines())
-    return EX_OK
 
 
 def past_wall_s(since: str | None, now_s: float) -> float:

@@ -7,11 +7,11 @@ from contextlib import closing
 
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.errors import ConfigError
 from hvcpd.ros.command import choose_ros, ros2_words, run_bridge, see_sourced, start_again, wanted_by
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Find the daemon and its settings, then bridge; restart whenever ROS's master has ended."""
     for each in options.remap:
         if ":=" not in each:
@@ -30,4 +30,3 @@ def run(options: argparse.Namespace) -> int:
         stands = "the robot stands, and " if wanted.ros_drives else ""
         print_note(f"{reason}; {stands}the bridge restarts")
         start_again()
-    return EX_OK

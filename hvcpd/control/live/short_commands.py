@@ -18,27 +18,26 @@ from hvcpd.control.live.daemon_client import (
 )
 from hvcpd.control.output import show
 from hvcpd.daemon.control_protocol import LEARN_S
-from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
+from hvcpd.errors import HvcpdError, NotDoneError
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Give the command, and report its result. "Stop" is for each robot that runs here and may be meant."""
     if options.command != "stop" or options.socket is not None:
         _give(options, find_daemon(options))
-        return EX_OK
+        return
     where = meant(options)
     is_chosen = options.config is not None or options.name is not None  # the system's settings choose no robot
     several = sockets_meant(where) if is_chosen else sockets_here(where)
     if len(several) < 2:
         _give(options, DaemonClient(several[0]) if several else daemon_at(where, options))
-        return EX_OK
+        return
     from concurrent.futures import ThreadPoolExecutor  # not for one robot, which must not wait for its import
 
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]
     if faults := [fault for each in given if (fault := each.result()) is not None]:
         raise NotDoneError("; ".join(faults))
-    return EX_OK
 
 
 def _stop(options: argparse.Namespace, path: Path) -> str | None:

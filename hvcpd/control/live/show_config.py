@@ -13,15 +13,14 @@ from hvcpd.config.settings_file import commented_settings, load_with_sources
 from hvcpd.config.sources import Sourced
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.live.short_commands import value_text
-from hvcpd.errors import EX_OK
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print the settings that a daemon started now would have; with --running or --socket those of the running daemon;
     with --example a settings file to start from."""
     if options.example:
         sys.stdout.write(commented_settings())
-        return EX_OK
+        return
     if options.running or options.socket is not None:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
@@ -34,7 +33,6 @@ def run(options: argparse.Namespace) -> int:
         settings = [each for each in settings if each["source"] != "default"]
     lines = (json.dumps(each) + "\n" for each in settings) if options.json else _as_text(settings)
     sys.stdout.writelines(lines)
-    return EX_OK
 
 
 def _as_dict(each: Sourced) -> dict[str, Any]:

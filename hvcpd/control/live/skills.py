@@ -16,7 +16,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.daemon.skill_hosting import offer
-from hvcpd.errors import EX_OK, ConfigError, HvcpdError
+from hvcpd.errors import ConfigError, HvcpdError
 from hvcpd.hardware.gpio import missing
 from hvcpd.skills.checks import faults
 from hvcpd.skills.guard import GuardLine
@@ -25,7 +25,7 @@ from hvcpd.skills.pins import PinRunner
 from hvcpd.skills.runners import ProgramRunner, Runner
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Find the robot, prepare its skills, and serve them; repeat if the daemon restarts."""
     loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
     settings = loaded.settings
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
         if broken := list(_broken(names, settings, loaded.skill_places)):
             raise ConfigError("\n".join(broken))
         sys.stdout.writelines(f"ok  {name}: by {_carrier(name, settings)}\n" for name in known)
-        return EX_OK
+        return
     if not names:
         raise ConfigError(f"there is no skill to offer here: {_elsewhere(settings, tasks)}")
     with closing(find_daemon(options)) as daemon:
@@ -45,7 +45,6 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write(f"Carrying out {', '.join(names)} for {daemon.name}; Ctrl-C ends it.\n")
     with suppress(KeyboardInterrupt):
         asyncio.run(until_ended(serve(path, settings, tasks, loaded.skill_places)))
-    return EX_OK
 
 
 def _broken(names: tuple[str, ...], settings: Settings, places: Mapping[str, str]) -> Iterator[str]:

@@ -11,7 +11,6 @@ from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.output import show
-from hvcpd.errors import EX_OK
 from hvcpd.hardware.temperature import processor_temperature_c
 from hvcpd.reporting.metrics import metrics_of
 
@@ -19,7 +18,7 @@ EVERY_S = 1.0
 """Interval of `--watch`."""
 
 
-def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> int:
+def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> None:
     """Show it once, or with --watch repeatedly until interrupted."""
     with closing(find_daemon(options)) as daemon:
         if options.prometheus:
@@ -30,7 +29,6 @@ def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep)
             _watch(daemon, options, wait)
         else:
             _console().print(_screen(options, daemon.ask(options.command)))
-    return EX_OK
 
 
 def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:

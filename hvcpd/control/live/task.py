@@ -12,7 +12,7 @@ from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.live.short_commands import result_lines
 from hvcpd.control.output import show
 from hvcpd.daemon.control_protocol import LEARN_S
-from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.errors import ConfigError
 
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
 """The effect on a task, in words."""
@@ -23,7 +23,7 @@ OTHERS = {
 """Reminder for changes that robots do not announce to each other."""
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Give the robot the change; it announces repeats and skips to the others."""
     arguments: dict[str, Any] = {"do": options.do}
     arguments |= {"task": task_of(options)} if options.do == "add" else {"number": options.number}
@@ -36,7 +36,6 @@ def run(options: argparse.Namespace) -> int:
         else:
             lines = [f"task {options.number}, {result['name']}, {BECOMES[options.do]}: {daemon.name} tells the others"]
         show(options.json, {"robot": daemon.name, **result}, *lines)
-    return EX_OK
 
 
 def task_of(options: argparse.Namespace) -> dict[str, Any]:

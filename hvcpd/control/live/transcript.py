@@ -16,7 +16,7 @@ from typing import Any
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.daemon_client import DaemonClient, daemon_at, find_daemon, meant
 from hvcpd.control.output import show
-from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
+from hvcpd.errors import ConfigError, NotAllowedError, NotRunningError
 from hvcpd.language.forms import SEALED_KINDS
 from hvcpd.language.phrasebook import WORDS, Vocabulary
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
@@ -108,7 +108,7 @@ def since_wall_s(text: str | None, now_s: float) -> float:
 
 def run(
     options: argparse.Namespace, now_s: Callable[[], float] = time.time, wait: Callable[[float], None] = time.sleep
-) -> int:
+) -> None:
     """Print the transcript, and with --follow whatever is added to it, until interrupted."""
     since_s = since_wall_s(options.since, now_s())
     with closing(open_transcript(options)) as reader:
@@ -119,7 +119,7 @@ def run(
                 fields = {"number": row.number, "wall_s": row.wall_s, **asdict(row.record)}
                 show(options.json, fields, line_of(row))
             if not options.follow:
-                return EX_OK
+                return
             wait(POLL_S)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, find_daemon_of
 from hvcpd.control.output import show
-from hvcpd.errors import EX_OK, NotAllowedError, NotDoneError, NotRunningError
+from hvcpd.errors import NotAllowedError, NotDoneError, NotRunningError
 
 SAID_WITHIN_S = 60.0
 """Time for a robot's turn to come: seconds among few robots, up to a minute in a crowd that never falls silent."""
@@ -30,15 +30,14 @@ def daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
         return None
 
 
-def have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
-    """Wait for the robot's turn; returns the exit status. Raises NotDoneError where it does not come."""
+def have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> None:
+    """Wait for the robot's turn. Raises NotDoneError where it does not come."""
     daemon.ask("subscribe", events=["said"])
     text = daemon.ask("say", text=options.text)["text"]
     said = next((event for event in daemon.events(SAID_WITHIN_S) if _without_seal(event) == text), None)
     if said is None:
         raise NotDoneError(f"{daemon.name} had no chance to say it for {SAID_WITHIN_S:g} s")
     show(options.json, said, f"{daemon.name} says: {text}")
-    return EX_OK
 
 
 def _without_seal(said: Mapping[str, Any]) -> str:

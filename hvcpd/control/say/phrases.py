@@ -9,11 +9,10 @@ from dataclasses import asdict
 from operator import attrgetter
 
 from hvcpd.control.simulate.team import load_team
-from hvcpd.errors import EX_OK
 from hvcpd.language.card import as_markdown, as_text, make_card
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print the card in the wanted format."""
     team = load_team(options, options.names or (), sealed=options.key)
     card = make_card(team.phrasebook)
@@ -26,4 +25,3 @@ def run(options: argparse.Namespace) -> int:
     else:
         text = {"text": as_text, "markdown": as_markdown}[options.format](card)
     sys.stdout.write(text)
-    return EX_OK

@@ -7,14 +7,14 @@ import sys
 
 from hvcpd.config.files import require_place, write_whole
 from hvcpd.control.simulate.team import load_team, robots_of
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError, writing
+from hvcpd.errors import AudioFileError, ConfigError, writing
 from hvcpd.reporting.playground import make_scenes, page
 
 MOST_ROBOTS = 4
 """Most robots; each adds 1.3 MB to the page."""
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Write the page."""
     robots: tuple[str, ...] = options.robots or robots_of(options)[:MOST_ROBOTS]
     if not 2 <= len(robots) <= MOST_ROBOTS:
@@ -27,4 +27,3 @@ def run(options: argparse.Namespace) -> int:
     with writing(options.output, AudioFileError):
         write_whole(options.output, text.encode("utf-8"))
     sys.stdout.write(f"Open {options.output} in a browser.\n")
-    return EX_OK

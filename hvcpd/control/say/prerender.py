@@ -24,7 +24,7 @@ from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable, writing
+from hvcpd.errors import ConfigError, StoreError, unwritable, writing
 from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.unit_cache import UnitCache
 
@@ -33,7 +33,7 @@ SERVICE_USER = "hvcpd"
 ELSEWHERE = "set XDG_CACHE_HOME to a folder that you may write"
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Fill the service's cache, or else this user's; what is already there is not rendered again."""
     team = load_team(options, options.names or ())
     settings = team.settings if options.names is None else replace(team.settings, names=options.names)
@@ -57,7 +57,6 @@ def run(options: argparse.Namespace) -> int:
             why = f"which you cannot write; {_remedy(options, settings.state_dir)}"
         read = settings.state_dir / "units"
         print_note(f"note: this is your own cache; a service reads {read}, {why}")
-    return EX_OK
 
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:

@@ -26,7 +26,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Explain words or phrases, or print the paper's table."""
     outputs = [file for file in (options.output, options.track) if file is not None]
     writes = bool(outputs)
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     lexicon, builtin = sound.lexicon, Lexicon.load(None, settings.accent)
     if options.paper_table:
         _print_table(lexicon, options.json)
-        return 0
+        return
     if options.track is not None and settings.synthesizer == "natural":
         raise PhraseError("--track: natural voices have no such frames; it needs `synthesizer: formant`")
     phrases = [tuple(chain.from_iterable(sayable_phrases(text))) for text in options.words]
@@ -53,7 +53,6 @@ def run(options: argparse.Namespace) -> int:
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
     if writes:
         _render(options, phrases, assign_voices(sound, settings, tuple))
-    return 0
 
 
 def _print_word(word: str, known: Sequence[Known], as_json: bool) -> None:

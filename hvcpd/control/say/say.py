@@ -12,7 +12,7 @@ from contextlib import closing
 from hvcpd.errors import ConfigError
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Have the sentence said by its speaker's daemon, or speak it in that voice."""
     sound = _sound_option(options)
     robot = next((option for option in ("name", "socket") if getattr(options, option) is not None), None)
@@ -23,10 +23,11 @@ def run(options: argparse.Namespace) -> int:
 
         if (daemon := daemon_that_says(options)) is not None:
             with closing(daemon):
-                return have_it_said(options, daemon)
+                have_it_said(options, daemon)
+                return
     from hvcpd.control.say.speaking import speak  # not where a robot says it: this loads the synthesizer
 
-    return speak(options)
+    speak(options)
 
 
 def _sound_option(options: argparse.Namespace) -> str | None:

@@ -9,7 +9,7 @@ from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.control.output import print_note, show
 from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
-from hvcpd.errors import EX_OK, PhraseError
+from hvcpd.errors import PhraseError
 from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
@@ -22,8 +22,8 @@ HEARD_DB = 0.05
 """Differences of level below this are not reported."""
 
 
-def speak(options: argparse.Namespace) -> int:
-    """Speak the sentence in the voice of its speaker, as the command line has it; returns the exit status."""
+def speak(options: argparse.Namespace) -> None:
+    """Speak the sentence in the voice of its speaker, as the command line has it."""
     voice_of: str | None = options.voice_of
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
     typed = team.phrasebook.parse_text(options.text)
@@ -46,7 +46,6 @@ def speak(options: argparse.Namespace) -> int:
         written = team.phrasebook.write(utterance)
         file = str(options.output) if options.output is not None else None
         show(True, {"text": written, "duration_s": round(duration_s, 3), "file": file})
-    return EX_OK
 
 
 def _speaker(

@@ -16,7 +16,6 @@ from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
-from hvcpd.errors import EX_OK
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
@@ -26,7 +25,7 @@ BETWEEN_S = 0.6
 SEMITONES_IN_OCTAVE = 12
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Print how the voices differ, then play them one after the other, or write them to a file."""
     settings = load_settings(options.config, name_needed=False)
     sound = assign_voices(make_sound(settings.lexicon, user_cache_folder(), settings.accent), settings, tuple)
@@ -42,7 +41,6 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write("".join(json.dumps(row) + "\n" for row in rows) if options.json else _as_table(rows))
     if options.output is not None or not options.silent:
         write_or_play(_one_after_the_other(said), options.output, settings.audio.output_device)
-    return EX_OK
 
 
 def _all_voices(sound: Sound, names: Sequence[str]) -> list[Voice]:

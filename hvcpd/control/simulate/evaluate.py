@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hvcpd.control.output import print_note
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError, how_to_install, writing
+from hvcpd.errors import AudioFileError, ConfigError, how_to_install, writing
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run one experiment or all, write the findings, and print where."""
     if options.from_recordings is not None and options.experiment != "wake":
         raise ConfigError(f"--from-recordings: {options.experiment} has no recordings; use it with wake")
@@ -46,7 +46,6 @@ def run(options: argparse.Namespace) -> int:
     plot = " and a plot" if drawn and plots_available() else ""
     rows = ", and the rows of all trials" if options.from_recordings is None else ""
     sys.stdout.write(f"Report: {page}; beside it a CSV{plot} of each experiment{rows}.\n")
-    return EX_OK
 
 
 def _of_recordings(folder: Path, out: Path) -> tuple[str, Findings]:
