@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hil_fakes.loudspeakers import SMALL, Loudspeaker, Peak
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.calibrate import run
-from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
+from hvcpd.control.doctor.mixer import Control, capture_control
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import clipped_share, find_echo, find_response, level_dbfs, predicted_range_m
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -51,7 +51,7 @@ def test_the_default_device_has_the_mixer_of_the_card_that_asound_conf_names(dev
         asked.append(command)
         return "Simple mixer control 'Mic',0\n"
 
-    assert Mixer(amixer).find(device, CAPTURE) == (Control(mixer, "Mic") if mixer is not None else None)
+    assert capture_control(amixer, device) == (Control(amixer, mixer, "Mic") if mixer is not None else None)
     assert asked == ([("amixer", "-D", mixer, "scontrols")] if mixer is not None else [])
 
 

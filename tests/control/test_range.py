@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import socket
-import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import pytest
 
 from hvcpd.control.cli import main
 from hvcpd.errors import EX_USER
+from tests.control.obliging import obliging_robot
 
 AWAY = {"event": "noted", "robot": "Rob", "speaker": "Bot", "text": "Bot is 3.42 m away, ± 0.03 m"}
 STATUS = {"peers": [{"name": "Bot", "away": {"distance_m": 3.42, "deviation_m": 0.03, "sure": True, "ago_s": 0.1}}]}
@@ -22,48 +22,25 @@ OTHERS = [
 ]
 
 
-class FakeDaemon:
-    """A robot's socket, which answers every request and then tells these events."""
+def ranged(
+    tmp_path: Path, events: list[dict[str, Any]], *more: str, robot: str = "bot"
+) -> tuple[int, list[dict[str, Any]]]:
+    """The exit status of a robot that tells these events once it is to speak, and what it was asked."""
+    requests: list[dict[str, Any]] = []
 
-    def __init__(self, path: Path, events: list[dict[str, Any]]) -> None:
-        self.requests: list[dict[str, Any]] = []
-        self._events = events
-        self._listening = socket.socket(socket.AF_UNIX)
-        self._listening.bind(str(path))
-        self._listening.listen()
-        self._thread = threading.Thread(target=self._serve)
-        self._thread.start()
+    def answer(request: dict[str, Any]) -> Iterator[dict[str, Any]]:
+        requests.append(request)
+        yield {"ok": True, "result": STATUS if request["command"] == "status" else {}}
+        yield from events if request["command"] == "say" else ()
 
-    def _serve(self) -> None:
-        with self._listening, self._listening.accept()[0] as client, client.makefile("rw", encoding="utf-8") as lines:
-
-            def tell(line: dict[str, Any]) -> None:
-                lines.write(json.dumps(line) + "\n")
-                lines.flush()
-
-            tell({"event": "hello", "protocol": 1, "name": "Rob", "version": "1"})
-            while line := lines.readline():  # until the client has gone
-                self.requests.append(request := json.loads(line))
-                tell({"ok": True, "result": STATUS if request["command"] == "status" else {}})
-                for event in self._events if request["command"] == "say" else ():
-                    tell(event)
-
-    def join(self) -> None:
-        self._thread.join(10.0)
-
-
-def ranged(tmp_path: Path, events: list[dict[str, Any]], *more: str, robot: str = "bot") -> tuple[int, FakeDaemon]:
-    path = tmp_path / "s"
-    daemon = FakeDaemon(path, events)
-    status = main(["range", robot, "--socket", str(path), *more])
-    daemon.join()
-    return status, daemon
+    with obliging_robot(tmp_path, answer):
+        return main(["range", robot, "--socket", str(tmp_path / "rob.sock"), *more]), requests
 
 
 def test_it_asks_aloud_and_tells_the_distance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, daemon = ranged(tmp_path, [*OTHERS, AWAY])
+    status, requests = ranged(tmp_path, [*OTHERS, AWAY])
     assert status == 0
-    assert daemon.requests[2]["text"] == "Hi Bot, I am Rob, how far are you"
+    assert requests[2]["text"] == "Hi Bot, I am Rob, how far are you"
     assert capsys.readouterr().out == "Bot is 3.42 m away, ± 0.03 m\n"
 
 
@@ -88,7 +65,7 @@ def test_a_robot_that_cannot_measure_is_told_as_not_done(tmp_path: Path, capsys:
 def test_who_is_no_robot_that_was_heard_is_not_asked(
     robot: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status, daemon = ranged(tmp_path, [], robot=robot)
+    status, requests = ranged(tmp_path, [], robot=robot)
     assert status == EX_USER
-    assert [request["command"] for request in daemon.requests] == ["status"]
+    assert [request["command"] for request in requests] == ["status"]
     assert "it knows Bot" in capsys.readouterr().err

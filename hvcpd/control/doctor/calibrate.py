@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hvcpd.config.files import write_whole
 from hvcpd.control.doctor.diagnosis import RunCommand, run_command
-from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
+from hvcpd.control.doctor.mixer import Control, capture_control
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.live.daemon_client import running_robot
 from hvcpd.control.output import show
@@ -48,12 +48,11 @@ def run(
     if name is not None:  # a sound server lets both have the card, and gains are kept
         raise DeviceError(f"{name} runs now, and its talk would count as noise: end it first")
     microphone = find_device(where.sound_backend(), "input", team.settings.audio.input_device)
-    mixer = Mixer(command)
-    control = None if options.keep_gain else mixer.find(microphone.name, CAPTURE)
+    control = None if options.keep_gain else capture_control(command, microphone.name)
     heard = hear_oneself(team, where.make_stream)
     for _ in range(ROUNDS):
         _tell_round(options, heard)
-        if heard.echo is None or control is None or not _adjust(mixer, control, heard.echo, options):
+        if heard.echo is None or control is None or not _adjust(control, heard.echo, options):
             break
         heard = hear_oneself(team, where.make_stream)
     if heard.echo is None:
@@ -69,14 +68,14 @@ def run(
     return _finish(options, team, heard, heard.echo, control, wall_s())
 
 
-def _adjust(mixer: Mixer, control: Control, echo: Echo, options: argparse.Namespace) -> bool:
+def _adjust(control: Control, echo: Echo, options: argparse.Namespace) -> bool:
     """Bring the peak of the robot's own voice nearer to PEAK_DBFS; returns whether that changed anything."""
     missing_db = PEAK_DBFS - power_dbfs(echo.peak**2)
-    before_db = mixer.gain_db(control)
+    before_db = control.gain_db()
     if abs(missing_db) <= NEAR_DB or before_db is None:
         return False
     step_db = min(max(missing_db, -MOST_CHANGE_DB), MOST_CHANGE_DB)
-    after_db = mixer.set_gain_db(control, before_db + step_db)
+    after_db = control.set_gain_db(before_db + step_db)
     if after_db is None or after_db == before_db:
         return False
     if not options.json:

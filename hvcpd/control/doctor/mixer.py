@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hvcpd.control.doctor.diagnosis import RunCommand
 
 CAPTURE = ("Mic", "Capture", "Input Gain", "ADC")
 """Names of the controls of common cards (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""
-
-
-@dataclass(frozen=True)
-class Control:
-    """One simple control of a card."""
-
-    card: str
-    name: str
 
 
 def card_of(device_name: str) -> str | None:
@@ -27,27 +18,30 @@ def card_of(device_name: str) -> str | None:
     return found[1] if found else "default" if device_name == "default" else None
 
 
-class Mixer:
-    """`run` starts a command, as `diagnosis.run_command`."""
+@dataclass(frozen=True)
+class Control:
+    """One simple control of a card; `run` starts a command, as `diagnosis.run_command`."""
 
-    def __init__(self, run: RunCommand) -> None:
-        self._run = run
+    run: RunCommand
+    card: str
+    name: str
 
-    def find(self, device_name: str, names: Sequence[str]) -> Control | None:
-        """The card's control of the first of these names that it has; None without `amixer` or such a control."""
-        card = card_of(device_name)
-        listed = self._run(("amixer", "-D", card, "scontrols")) if card is not None else None
-        there = re.findall(r"Simple mixer control '([^']+)'", listed or "")
-        name = next((name for name in names if name in there), None)
-        return Control(card, name) if card is not None and name is not None else None
-
-    def gain_db(self, control: Control) -> float | None:
+    def gain_db(self) -> float | None:
         """The setting in dB; None if it is not given in dB."""
-        output = self._run(("amixer", "-D", control.card, "sget", control.name))
+        output = self.run(("amixer", "-D", self.card, "sget", self.name))
         found = re.search(r"\[(-?[\d.]+)dB\]", output or "")
         return float(found[1]) if found else None
 
-    def set_gain_db(self, control: Control, gain_db: float) -> float | None:
+    def set_gain_db(self, gain_db: float) -> float | None:
         """Set it as closely as the card can; returns the setting."""
-        self._run(("amixer", "-q", "-D", control.card, "sset", control.name, "--", f"{gain_db:.1f}dB"))
-        return self.gain_db(control)
+        self.run(("amixer", "-q", "-D", self.card, "sset", self.name, "--", f"{gain_db:.1f}dB"))
+        return self.gain_db()
+
+
+def capture_control(run: RunCommand, device_name: str) -> Control | None:
+    """The control of the microphone's gain on the card of a PortAudio device; None without `amixer` or such a
+    control."""
+    if (card := card_of(device_name)) is None:
+        return None
+    there = re.findall(r"Simple mixer control '([^']+)'", run(("amixer", "-D", card, "scontrols")) or "")
+    return next((Control(run, card, name) for name in CAPTURE if name in there), None)

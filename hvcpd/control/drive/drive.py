@@ -105,9 +105,9 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
 def _stop(settings: Settings) -> None:
     """Stop wheels of a driver without a handshake of its own. Raises DeviceError."""
     wheels = make_wheels(settings.wheels)
-    if wheels is not None:
-        wheels.open()
-        wheels.close()
+    assert wheels is not None  # `_settings` has refused a robot without wheels
+    wheels.open()
+    wheels.close()
 
 
 def _settings(options: argparse.Namespace) -> Settings:

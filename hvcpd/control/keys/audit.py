@@ -6,12 +6,10 @@ import argparse
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
-from contextlib import closing
 from dataclasses import dataclass, field
 
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.report import past_wall_s, vocabulary_of
-from hvcpd.control.live.transcript import open_transcript
+from hvcpd.control.live.report import read_transcript
 from hvcpd.control.output import show
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
@@ -117,10 +115,7 @@ def _count_orders(found: Audit, pending: dict[tuple[str, str], str], u: m.Uttera
 
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> None:
     """Print the counts."""
-    since_s = past_wall_s(options.since, now_s())
-    with closing(open_transcript(options)) as reader:
-        rows = reader.rows(since_wall_s=since_s)
-        phrasebook, tasks = vocabulary_of(reader, rows, options)
+    _, rows, phrasebook, tasks = read_transcript(options, now_s())
     found = audit(rows, phrasebook, tasks)
     counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
     show(options.json, counts, *_lines(found))

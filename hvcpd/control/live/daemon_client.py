@@ -189,19 +189,16 @@ def _raise_refusal(reply: Mapping[str, Any]) -> None:
         raise kind(str(refusal.get("text", "the daemon gave no reason")))
 
 
-def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
-    """The daemon that the options and settings mean; without a name the only one there is.
+def find_daemon(options: argparse.Namespace, where: Whereabouts | None = None, *, noted: bool = True) -> DaemonClient:
+    """The daemon that the options and settings mean; without a name the only one there is. `where`: as the settings
+    have it, if they were read.
 
     Errors in the settings are `noted` on standard error where none is found, and where they cannot be read. Raises
     NotRunningError, NotAllowedError, and ConfigError where several run and none was named.
     """
     if options.socket is not None:
         return _at(options.socket, options.name)
-    return daemon_at(meant(options, noted=noted), options, noted=noted)
-
-
-def daemon_at(where: Whereabouts, options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
-    """The daemon whose socket is there; as `find_daemon`."""
+    where = where or meant(options, noted=noted)
     try:
         return _daemon_at(where, options)
     except (NotRunningError, ConfigError):
@@ -232,16 +229,14 @@ def _at(path: Path, name: str | None) -> DaemonClient:
     return daemon
 
 
-def sockets_meant(where: Whereabouts) -> list[Path]:
-    """The sockets of all robots that run here and that may be meant: of this name, or any where there is none."""
-    return _running(socket_folders(where.state_dir), where.name) if where.socket is None else []
-
-
-def sockets_here(where: Whereabouts) -> list[Path]:
-    """The sockets of all robots that run here, as far as the settings tell where they are."""
-    own = where.socket
+def running_sockets(where: Whereabouts, is_chosen: bool) -> list[Path]:
+    """The sockets of all robots that run here, as far as the settings tell where they are; if one `is_chosen`, of those
+    at the usual places that may be meant: of this name, or any where there is none."""
+    folders, own = socket_folders(where.state_dir), where.socket
+    if is_chosen:
+        return _running(folders, where.name) if own is None else []
     there = [own] if own is not None and own.exists() and answers(own) else []
-    return _each_once([*there, *_running(socket_folders(where.state_dir))])
+    return _each_once([*there, *_running(folders)])
 
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:

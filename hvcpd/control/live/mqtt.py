@@ -92,13 +92,10 @@ class Broker:
     def keep(self, topic: str, text: str) -> None:
         """Publish a retained message, which later subscribers see too, and again after each connection."""
         self._at_connect[topic] = text
-        self._publish(topic, text, retain=True)
+        self.tell(topic, text, retain=True)
 
-    def tell(self, topic: str, text: str) -> None:
-        """Send a momentary message, which is dropped while there is no connection."""
-        self._publish(topic, text, retain=False)
-
-    def _publish(self, topic: str, text: str, retain: bool) -> None:
+    def tell(self, topic: str, text: str, retain: bool = False) -> None:
+        """Publish a message, which is dropped while there is no connection."""
         if not self._client.is_connected():
             self._n_dropped += not retain  # the others are sent at the next connection
         elif self._client.publish(topic, text, AT_LEAST_ONCE, retain=retain).rc != 0:

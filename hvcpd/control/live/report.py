@@ -22,10 +22,7 @@ from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> None:
     """Print the shift, and with --html draw it."""
     end_s = now_s()
-    since_s = past_wall_s(options.since, end_s)
-    with closing(open_transcript(options)) as reader:
-        rows = reader.rows(since_wall_s=since_s)
-        phrasebook, tasks = vocabulary_of(reader, rows, options)
+    since_s, rows, phrasebook, tasks = read_transcript(options, end_s)
     shift = read_shift(rows, phrasebook, tasks, (since_s, end_s))
     if options.html is not None:
         with writing(options.html, ConfigError, "--html: "):
@@ -33,12 +30,17 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     show(options.json, as_json(shift), *as_text(shift).splitlines())
 
 
-def past_wall_s(since: str | None, now_s: float) -> float:
-    """The time of `--since`, seconds since 1970. Raises ConfigError, also for a time of which nothing can be told."""
-    since_s = since_wall_s(since, now_s)
+def read_transcript(
+    options: argparse.Namespace, now_s: float
+) -> tuple[float, tuple[TranscriptRow, ...], Phrasebook, tuple[TaskDefinition, ...]]:
+    """The time of `--since`, seconds since 1970, the transcript from then on, and its sentences and tasks. Raises
+    ConfigError, also for a time of which nothing can be told, and PhraseError."""
+    since_s = since_wall_s(options.since, now_s)
     if since_s > now_s:
-        raise ConfigError(f"--since {since} is yet to come; give a time that has passed")
-    return since_s
+        raise ConfigError(f"--since {options.since} is yet to come; give a time that has passed")
+    with closing(open_transcript(options)) as reader:
+        rows = reader.rows(since_wall_s=since_s)
+        return since_s, rows, *vocabulary_of(reader, rows, options)
 
 
 def vocabulary_of(

@@ -8,14 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import (
-    DaemonClient,
-    daemon_at,
-    find_daemon,
-    meant,
-    sockets_here,
-    sockets_meant,
-)
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, meant, running_sockets
 from hvcpd.control.output import show
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import HvcpdError, NotDoneError
@@ -28,9 +21,9 @@ def run(options: argparse.Namespace) -> None:
         return
     where = meant(options)
     is_chosen = options.config is not None or options.name is not None  # the system's settings choose no robot
-    several = sockets_meant(where) if is_chosen else sockets_here(where)
+    several = running_sockets(where, is_chosen)
     if len(several) < 2:
-        _give(options, DaemonClient(several[0]) if several else daemon_at(where, options))
+        _give(options, DaemonClient(several[0]) if several else find_daemon(options, where))
         return
     from concurrent.futures import ThreadPoolExecutor  # not for one robot, which must not wait for its import
 

@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
-from typing import Any
+from typing import Any, NoReturn
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.output import show
@@ -23,30 +23,25 @@ def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep)
     with closing(find_daemon(options)) as daemon:
         if options.prometheus:
             sys.stdout.write(metrics_of(daemon.ask("status"), processor_temperature_c()))
-        elif options.json:
-            _write_lines(daemon, options, wait)
-        elif options.watch:
-            _watch(daemon, options, wait)
-        else:
-            _console().print(_screen(options, daemon.ask(options.command)))
-
-
-def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
-    while True:
-        show(True, daemon.ask(options.command))
-        if not options.watch:
             return
-        wait(EVERY_S)
+        console = None if options.json else _console()
+        if options.watch and console is not None and console.is_terminal:
+            _watch(daemon, options, wait, console)
+        while True:
+            result = daemon.ask(options.command)
+            if console is None:
+                show(True, result)
+            else:
+                console.print(_screen(options, result))
+                sys.stdout.write("\n" * options.watch)
+            if not options.watch:
+                return
+            wait(EVERY_S)
 
 
-def _watch(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
+def _watch(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None], console: Any) -> NoReturn:
     from rich.live import Live
 
-    console = _console()
-    while not console.is_terminal:
-        console.print(_screen(options, daemon.ask(options.command)))
-        sys.stdout.write("\n")
-        wait(EVERY_S)
     with Live(console=console, auto_refresh=False) as live:
         while True:
             live.update(_screen(options, daemon.ask(options.command)), refresh=True)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.daemon_client import DaemonClient, daemon_at, find_daemon, meant
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, meant
 from hvcpd.control.output import show
 from hvcpd.errors import ConfigError, NotAllowedError, NotRunningError
 from hvcpd.language.forms import SEALED_KINDS
@@ -84,7 +84,7 @@ def open_transcript(options: argparse.Namespace) -> AskedRows | TranscriptReader
         return AskedRows(find_daemon(options))
     where = meant(options)
     with suppress(NotRunningError, NotAllowedError):
-        return AskedRows(daemon_at(where, options))
+        return AskedRows(find_daemon(options, where))
     return TranscriptReader(where.memory_path)
 
 
