@@ -94,7 +94,7 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable
 
 
 def _count_orders(found: Audit, pending: dict[tuple[str, str], str], u: m.Utterance, speaker: str) -> None:
-    """Count orders, claims, stops and answers; `pending` has the orders that wait for one, by who gives it to whom."""
+    """Count orders, claims, stops and answers; `pending` has the orders that wait for one, by both names."""
     to = str(u.addressee or m.ToAll())
     answered = pending.get((speaker, to))
     match m.parts(u)[-1].statement:
