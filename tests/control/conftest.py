@@ -8,7 +8,19 @@ import pytest
 
 from hvcpd.control.cli import main
 
+Ran = Callable[..., str]
 Refuse = Callable[..., str]
+
+
+@pytest.fixture
+def ran(capsys: pytest.CaptureFixture[str]) -> Ran:
+    """Run `hvcpctl` with good input: exit status 0; its standard output."""
+
+    def run(*arguments: object) -> str:
+        assert main([str(argument) for argument in arguments]) == 0
+        return capsys.readouterr().out
+
+    return run
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.language.rewording import SYNONYMS_PATH, known_names
 from hvcpd.synthesis.lexicon import Lexicon, Origin
 from hvcpd.synthesis.voices import VOICES, voice_for
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 
 pytestmark = pytest.mark.slow
 
@@ -57,9 +57,8 @@ def test_of_two_articles_none_is_replaced(tmp_path: Path, capsys: pytest.Capture
     assert "by the words 'a' and 'the'; reword one of them" in capsys.readouterr().out
 
 
-def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check-vocabulary"]) == 0
-    out = capsys.readouterr().out
+def test_the_default_team_passes(ran: Ran) -> None:
+    out = ran("check-vocabulary")
     assert "No words of this team are predicted to be confused" in out
     assert "three | two" in out
     head, *rows = out.splitlines()

@@ -18,15 +18,10 @@ from hvcpd.control.cli import main
 from hvcpd.control.simulate import simulate
 from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from tests.control.conftest import Ran
 from tests.hardware.fake_card import CAMERA, FakeCard
 
 pytestmark = pytest.mark.slow
-
-
-def ran(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """Run `hvcpctl` with good input: exit status 0; its standard output."""
-    assert main([str(argument) for argument in arguments]) == 0
-    return capsys.readouterr().out
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,20 +31,20 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"hvcpctl {__version__}\n"
 
 
-def test_the_card_as_text_has_every_task_and_name(capsys: pytest.CaptureFixture[str]) -> None:
-    card = ran(capsys, "phrases", "--names", "Alice,Bot")
+def test_the_card_as_text_has_every_task_and_name(ran: Ran) -> None:
+    card = ran("phrases", "--names", "Alice,Bot")
     assert "water the yellow rose" in card
     assert "Alice" in card
     assert "stop" in card
 
 
-def test_the_card_as_markdown(capsys: pytest.CaptureFixture[str]) -> None:
-    card = ran(capsys, "phrases", "--format", "markdown")
+def test_the_card_as_markdown(ran: Ran) -> None:
+    card = ran("phrases", "--format", "markdown")
     assert card.startswith("#")
     assert "water the yellow rose" in card
 
 
-def test_the_card_as_html_is_well_formed_and_needs_nothing_from_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_card_as_html_is_well_formed_and_needs_nothing_from_elsewhere(ran: Ran) -> None:
     class Balance(HTMLParser):
         def __init__(self) -> None:
             super().__init__()
@@ -63,17 +58,17 @@ def test_the_card_as_html_is_well_formed_and_needs_nothing_from_elsewhere(capsys
         def handle_endtag(self, tag: str) -> None:
             assert self.open.pop() == tag
 
-    page = ran(capsys, "phrases", "--format", "html")
+    page = ran("phrases", "--format", "html")
     balance = Balance()
     balance.feed(page)
     assert balance.open == []
     assert "water the yellow rose" in page
 
 
-def test_a_team_of_the_settings_is_on_the_card(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_team_of_the_settings_is_on_the_card(ran: Ran, tmp_path: Path) -> None:
     path = tmp_path / "hvcpd.yaml"
     path.write_text("team: garden\nnames: [Zoe]\n")
-    card = ran(capsys, "phrases", "--config", path)
+    card = ran("phrases", "--config", path)
     assert "garden" in card
     assert "Zoe" in card
 
@@ -93,33 +88,31 @@ def test_what_was_said_is_a_wav_of_16_khz_mono_16_bit(sentence: Path) -> None:
     assert 0.02 < float(np.sqrt(np.mean(samples**2))) < 0.5
 
 
-def test_what_was_said_is_heard(sentence: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_what_was_said_is_heard(sentence: Path, ran: Ran, tmp_path: Path) -> None:
     samples = read_wav(sentence)
     noise = np.random.default_rng(1).standard_normal(len(samples) + 3 * SAMPLE_RATE_HZ).astype(np.float32) * 1e-4
     noise[2 * SAMPLE_RATE_HZ : 2 * SAMPLE_RATE_HZ + len(samples)] += samples
     write_wav(tmp_path / "room.wav", noise)
-    (line,) = ran(capsys, "hear", tmp_path / "room.wav", "--json").splitlines()
+    (line,) = ran("hear", tmp_path / "room.wav", "--json").splitlines()
     heard = json.loads(line)
     assert heard.pop("start_s") == pytest.approx(2.0, abs=0.3)
     assert heard.pop("end_s") == pytest.approx(2.0 + len(samples) / SAMPLE_RATE_HZ, abs=0.4)
     assert 0.5 < heard.pop("confidence") <= 1.0
     assert heard == {"text": "Hi Rob, I am Bot, water the yellow rose", "speaker": "Bot", "addressee": "Rob"}
-    assert "Hi Rob, I am Bot, water the yellow rose" in ran(capsys, "hear", tmp_path / "room.wav")
+    assert "Hi Rob, I am Bot, water the yellow rose" in ran("hear", tmp_path / "room.wav")
 
 
-def test_what_was_said_with_a_british_accent_is_heard_with_it(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_what_was_said_with_a_british_accent_is_heard_with_it(ran: Ran, tmp_path: Path) -> None:
     settings, wav = tmp_path / "hvcpd.yaml", tmp_path / "said.wav"
     settings.write_text("name: Rob\nnames: [Rob, Bot]\naccent: gb\n")
     text = "Hi Rob, I am Bot, water the yellow rose"
-    ran(capsys, "say", text, "--local", "--config", settings, "-o", wav)
+    ran("say", text, "--local", "--config", settings, "-o", wav)
     said, plain = read_wav(wav), tmp_path / "us.wav"
-    ran(capsys, "say", text, "--local", "-o", plain)
+    ran("say", text, "--local", "-o", plain)
     assert read_wav(plain).shape != said.shape
     write_wav(wav, np.pad(said, SAMPLE_RATE_HZ))
-    assert text in ran(capsys, "hear", wav, "--config", settings)
-    assert "W AO:1 TT AH0  WAW-tuh" in ran(capsys, "pronounce", "water", "--config", settings)
+    assert text in ran("hear", wav, "--config", settings)
+    assert "W AO:1 TT AH0  WAW-tuh" in ran("pronounce", "water", "--config", settings)
 
 
 def test_silence_has_no_sentence_and_says_so(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -139,10 +132,10 @@ def test_silence_has_no_sentence_and_says_so(capsys: pytest.CaptureFixture[str],
 
 
 def test_robots_sound_different_and_each_always_the_same(
-    sentence: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    sentence: Path, capsys: pytest.CaptureFixture[str], ran: Ran, tmp_path: Path
 ) -> None:
     text = "Hi Rob, I am Bot, water the yellow rose"
-    ran(capsys, "say", text, "-o", tmp_path / "again.wav")
+    ran("say", text, "-o", tmp_path / "again.wav")
     assert (tmp_path / "again.wav").read_bytes() == sentence.read_bytes()
     assert main(["say", text, "--as", "Rob", "-o", str(tmp_path / "other.wav")]) == 0
     assert "Bot's words in Rob's voice" in capsys.readouterr().err

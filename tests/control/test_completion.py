@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control.cli import main, make_parser
+from hvcpd.control.cli import make_parser
+from tests.control.conftest import Ran
 
 
-def script(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
-    assert main(["completion", shell]) == 0
-    return capsys.readouterr().out
+def script(shell: str, ran: Ran) -> str:
+    return ran("completion", shell)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

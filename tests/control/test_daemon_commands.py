@@ -28,7 +28,7 @@ from hvcpd.language.messages import Seal
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 from tests.daemon.running import RunningRobot
 
 
@@ -167,13 +167,11 @@ def test_say_with_an_output_or_in_another_name_makes_the_sound_itself(ctl: Ctl, 
     assert "loudspeaker" in ctl("say", "Hi Bot, I am Rob, stop", "--local", status=2)
 
 
-def test_the_transcript_is_the_daemons_where_one_runs(
-    ctl: Ctl, robot: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_transcript_is_the_daemons_where_one_runs(ctl: Ctl, robot: RunningRobot, tmp_path: Path, ran: Ran) -> None:
     ctl("say", "Hi Bot, I am Rob, what is left")
     (tmp_path / "hvcpd.yaml").write_text(f"state_dir: {tmp_path}\n")  # with no memory in it
-    assert main(["transcript", "--config", str(tmp_path / "hvcpd.yaml"), "--socket", str(robot.bench.path)]) == 0
-    assert "Hi Bot, I am Rob, what is left" in capsys.readouterr().out
+    where = ("--config", tmp_path / "hvcpd.yaml", "--socket", robot.bench.path)
+    assert "Hi Bot, I am Rob, what is left" in ran("transcript", *where)
     assert "Hi Bot, I am Rob, what is left" in ctl("transcript")
     assert json.loads(ctl("transcript", "--json").splitlines()[0])["number"] == 1
     assert ctl("transcript", "--since", "2999-01-01") == ""
@@ -206,11 +204,10 @@ def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:
     assert list(map(json.loads, ctl("config", "--socket", str(robot.bench.path), "--json").splitlines())) == running
 
 
-def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, ran: Ran) -> None:
     config = tmp_path / "hvcpd.yaml"
     config.write_text("mode: follow\n")
-    assert main(["config", "--config", str(config), "--json"]) == 0
-    name = json.loads(capsys.readouterr().out.splitlines()[0])
+    name = json.loads(ran("config", "--config", config, "--json").splitlines()[0])
     assert name == {"key": "name", "value": None, "source": "default"}
 
 
@@ -292,15 +289,12 @@ def test_a_user_without_a_name_is_told_the_group_too(tmp_path: Path) -> None:
     assert f"`sudo usermod -aG {tmp_path.group()} USER`" in permission_fault(tmp_path, nameless)
 
 
-def test_without_a_name_the_only_robot_is_meant(
-    robot: RunningRobot, tmp_path: Path, refused: Refuse, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_name_the_only_robot_is_meant(robot: RunningRobot, tmp_path: Path, refused: Refuse, ran: Ran) -> None:
     config = tmp_path / "hvcpd.yaml"
     config.write_text(f"state_dir: {robot.directory / 'state'}\n")
     if any(SYSTEM_FOLDER.glob("*.sock")):
         pytest.skip("another robot runs on this computer")
-    assert main(["tasks", "--config", str(config)]) == 0
-    assert "water the green rose" in capsys.readouterr().out
+    assert "water the green rose" in ran("tasks", "--config", config)
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(str(robot.directory / "state" / "bot.sock"))
         other.listen()
@@ -310,7 +304,7 @@ def test_without_a_name_the_only_robot_is_meant(
 
 
 def test_a_stop_that_names_no_robot_stops_all_that_run_here(
-    robot: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    robot: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str], ran: Ran
 ) -> None:
     """Even if one of them is no robot."""
     config = tmp_path / "hvcpd.yaml"
@@ -335,8 +329,7 @@ def test_a_stop_that_names_no_robot_stops_all_that_run_here(
     assert "bot.sock is not hvcpd" in err
     assert "Rob stands still" in out
     assert robot.state is State.STOPPED
-    assert main(["resume", "--config", str(config)]) == 0
-    assert "takes on tasks again" in capsys.readouterr().out
+    assert "takes on tasks again" in ran("resume", "--config", config)
 
 
 def test_a_daemon_that_does_not_answer_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,7 @@ from hvcpd.control.drive.drive import run
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.hardware.wheels_port import WaitingPort
+from tests.control.conftest import Ran
 
 pytestmark = pytest.mark.slow
 
@@ -75,9 +76,8 @@ def test_a_rehearsal_ends_where_the_robot_would(
 
 
 @pytest.mark.parametrize("action", ["status", "stop", "calibrate"])
-def test_everything_else_can_be_rehearsed_too(capsys: pytest.CaptureFixture[str], action: str) -> None:
-    assert main(["drive", action, "--dry-run"]) == 0
-    assert capsys.readouterr().out
+def test_everything_else_can_be_rehearsed_too(ran: Ran, action: str) -> None:
+    assert ran("drive", action, "--dry-run")
 
 
 @pytest.mark.parametrize(
@@ -96,16 +96,14 @@ def test_no_motion_without_a_bound(capsys: pytest.CaptureFixture[str], arguments
     assert part in capsys.readouterr().err
 
 
-def test_a_rehearsed_stop_says_what_it_would_do(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["drive", "stop", "--dry-run"]) == 0
-    assert "would stop the wheels" in capsys.readouterr().out
+def test_a_rehearsed_stop_says_what_it_would_do(capsys: pytest.CaptureFixture[str], ran: Ran) -> None:
+    assert "would stop the wheels" in ran("drive", "stop", "--dry-run")
     assert main(["drive", "stop", "--dry-run", "--json"]) == 0
     assert lines(capsys) == [{"event": "stopped", "dry_run": True, "confirmed": []}]
 
 
-def test_nothing_is_minus_zero(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["drive", "goto", "1", "0", "1", "1", "--back", "--dry-run"]) == 0
-    assert "-0.0" not in capsys.readouterr().out
+def test_nothing_is_minus_zero(ran: Ran) -> None:
+    assert "-0.0" not in ran("drive", "goto", "1", "0", "1", "1", "--back", "--dry-run")
 
 
 def test_half_a_place_is_none(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ from hvcpd.control.hear.hear import BLOCK, events_in
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.recognition.events import Held, Released, Urgent
+from tests.control.conftest import Ran
 from tests.recognition.signals import in_noise
 
 
@@ -20,14 +21,13 @@ from tests.recognition.signals import in_noise
 @pytest.mark.parametrize("around_s", [0.0, 2.0])
 @pytest.mark.parametrize("caller", ["Ada", "Bea"])
 def test_a_call_is_shown_with_the_halt_before_it(
-    caller: str, around_s: float, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    caller: str, around_s: float, capsys: pytest.CaptureFixture[str], ran: Ran, tmp_path: Path
 ) -> None:
     """Also where the recording begins and ends with it: `hear` heard nothing in what `say` had written."""
     speaker = make_sound(None, user_cache_folder()).speaker_of(caller)
     write_wav(tmp_path / "call.wav", in_noise(0.2 * speaker.render([["stop"]]), around_s, around_s))
     hear = ["hear", str(tmp_path / "call.wav"), "--names", "Rob,Bot"]
-    assert main([*hear, "--json"]) == 0
-    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    told = [json.loads(line) for line in ran(*hear, "--json").splitlines()]
     assert [each.get("event") or each["text"] for each in told] == ["hold", "Stop", "release"]
     assert all(0.0 <= each["start_s"] - around_s < each["end_s"] - around_s < 0.7 for each in told)
     assert main(hear) == 0

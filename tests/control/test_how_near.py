@@ -13,7 +13,7 @@ from hvcpd.control.cli import main
 from hvcpd.control.hear.how_near import Nearness, as_line
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 from tests.control.test_alternatives import said
 
 SENTENCE = "Hi Bot, I am Rob, water the yellow rose"
@@ -44,17 +44,15 @@ def test_what_is_no_sentence_of_the_phrasebook_is_told_before_listening(refused:
 
 
 @pytest.mark.slow
-def test_a_recording_that_was_not_understood(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recording_that_was_not_understood(tmp_path: Path, capsys: pytest.CaptureFixture[str], ran: Ran) -> None:
     """It took --said only with --learn-alternatives."""
     wav = tmp_path / "x.wav"
     write_wav(wav, said("hi bot", "i am rob", "water the yellow rose"))
     asked = ["hear", str(wav), "--names", "Rob,Bot", "--json", "--said"]
-    assert main([*asked, SENTENCE]) == 0
-    (line,) = capsys.readouterr().out.splitlines()
+    (line,) = ran(*asked, SENTENCE).splitlines()
     assert json.loads(line)["text"] == SENTENCE, "understood: there is nothing to explain"
     other = "Hi Rob, I am Bot, water the blue rose"
-    assert main([*asked, other]) == 0
-    _, *near = map(json.loads, capsys.readouterr().out.splitlines())
+    _, *near = map(json.loads, ran(*asked, other).splitlines())
     assert [(each["voice"], each["said"], each["likeliest"]) for each in near] == [
         ("robot", other, SENTENCE),
         ("person", other, SENTENCE),

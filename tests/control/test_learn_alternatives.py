@@ -12,7 +12,7 @@ from hvcpd.control.cli import main, make_parser
 from hvcpd.control.hear.learn_alternatives import Proposal, as_yaml
 from hvcpd.control.simulate.team import load_team
 from hvcpd.hardware.soundfile import write_wav
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 from tests.control.test_alternatives import said
 
 TASKS = """tasks:
@@ -44,18 +44,16 @@ def basket(tmp_path: Path) -> Path:
 
 @pytest.mark.slow  # renders the whole lexicon in one voice
 def test_a_word_that_was_said_otherwise_is_proposed_and_heard_from_then_on(
-    tasks: Path, basket: Path, capsys: pytest.CaptureFixture[str]
+    tasks: Path, basket: Path, capsys: pytest.CaptureFixture[str], ran: Ran
 ) -> None:
     out, err = learned(capsys, basket, "--tasks", tasks, "--said", SENTENCE)
     assert err == ""
     assert out.startswith("# basket.wav ")
     assert f'perhaps "{SENTENCE}": "basket" for "indigo"' in out
     assert yaml.safe_load(out) == {"alternatives": {"indigo": ["basket"]}}
-    assert main(["hear", str(basket), "--tasks", str(tasks), "--names", "Rob,Bot"]) == 0
-    assert SENTENCE not in capsys.readouterr().out
+    assert SENTENCE not in ran("hear", basket, "--tasks", tasks, "--names", "Rob,Bot")
     tasks.write_text(TASKS + out)
-    assert main(["hear", str(basket), "--tasks", str(tasks), "--names", "Rob,Bot"]) == 0
-    assert SENTENCE in capsys.readouterr().out
+    assert SENTENCE in ran("hear", basket, "--tasks", tasks, "--names", "Rob,Bot")
 
 
 @pytest.mark.slow

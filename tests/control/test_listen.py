@@ -17,7 +17,7 @@ from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS, AudioSettings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.control.cli import main, make_parser
+from hvcpd.control.cli import make_parser
 from hvcpd.control.hear import listen
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_capture import Block, capture
@@ -30,6 +30,7 @@ from hvcpd.robot.speech_output import spoken
 from hvcpd.security.guard import Guard
 from hvcpd.security.keyring import Entry, KeyFile, write_key_file
 from hvcpd.security.keys import KEY_BYTES, TeamKey
+from tests.control.conftest import Ran
 from tests.hardware.fake_card import HEADSET, FakeCard
 
 DAY = date(2026, 11, 21)
@@ -68,7 +69,7 @@ def test_without_a_microphone_it_says_so(capsys: pytest.CaptureFixture[str]) -> 
 
 @pytest.mark.slow
 def test_people_with_the_key_read_what_others_hear_as_sealed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], ran: Ran
 ) -> None:
     keys = KeyFile((Entry(TeamKey(random.Random(40).randbytes(KEY_BYTES)), DAY, DAY),))
     write_key_file(tmp_path / "team.key", keys, replaces=False)
@@ -94,19 +95,15 @@ def test_people_with_the_key_read_what_others_hear_as_sealed(
         (plain, "right"),
         ("Hi Rob, I am Bot, sealed message", "wrong"),
     ]
-    assert main(["hear", str(tmp_path / "said.wav"), "--json"]) == 0
-    others = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    others = [json.loads(line) for line in ran("hear", tmp_path / "said.wav", "--json").splitlines()]
     assert [each["text"] for each in others] == ["Hi Rob, I am Bot, sealed message"] * 2
 
 
 @pytest.mark.parametrize("encrypted", [False, True])
-def test_the_card_of_a_team_with_a_key_shows_what_a_seal_sounds_like(
-    encrypted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_card_of_a_team_with_a_key_shows_what_a_seal_sounds_like(encrypted: bool, tmp_path: Path, ran: Ran) -> None:
     settings = tmp_path / "hvcpd.yaml"
     settings.write_text(f"security: {{key: team.key, encrypted: {str(encrypted).lower()}}}\n")
-    assert main(["phrases", "--json", "--config", str(settings)]) == 0
-    card = json.loads(capsys.readouterr().out)
+    card = json.loads(ran("phrases", "--json", "--config", settings))
     said = [line["say"] for line in card["statements"]]
     seals = [number_of(text.removeprefix("…, ").split()) for text in said if text.startswith("…, ")]
     assert len(seals) == 2
@@ -114,7 +111,6 @@ def test_the_card_of_a_team_with_a_key_shows_what_a_seal_sounds_like(
     assert "…, code one two three four five six" in said
     assert any(text.startswith("sealed message, ") for text in said) == encrypted
     assert dict(card["words"])["CODE WORD"] == list(CODE_WORDS)
-    assert main(["phrases"]) == 0
-    plain = capsys.readouterr().out
+    plain = ran("phrases")
     assert "CODE WORD" not in plain
     assert "sealed" not in plain

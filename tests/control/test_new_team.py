@@ -24,16 +24,16 @@ from hvcpd.control.simulate.new_team import (
     tasks_of,
 )
 from hvcpd.errors import ConfigError
+from tests.control.conftest import Ran
 
 THIRTEEN = ("Rob", "Bot", "Ada", "Max", "Zoe", "Tina", "Emma", "Kevin", "Anna", "Leo", "Gus", "Ivy", "Oscar")
 GARDEN = ("--robots", "Rob,Bot", "--skill", "pour litres", "--no-demo")
 
 
-def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.CaptureFixture[str], ran: Ran) -> None:
     folder = tmp_path / "garden"
     tasks = ("--task", "water the green rose; -3, -4; pour 0.2", "--task", "count the empty chairs; dock")
-    assert main(["new-team", str(folder), *GARDEN, *tasks]) == 0
-    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml" in capsys.readouterr().out
+    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml" in ran("new-team", folder, *GARDEN, *tasks)
     settings = load_settings(folder / "hvcpd.yaml", environment={})
     assert (settings.name, settings.names) == ("Rob", ("Rob", "Bot"))
     rose, chairs = load_tasks(settings.tasks).tasks

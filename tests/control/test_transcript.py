@@ -15,7 +15,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.control.live import transcript
 from hvcpd.memory.store import Store, TranscriptRecord
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 
 TALK = (
     ("heard", "Anna", "Hi Rob, I am Anna, water the yellow rose"),
@@ -46,15 +46,13 @@ def memory(tmp_path: Path) -> Iterator[Path]:
         yield path
 
 
-def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["transcript", "--memory", str(memory)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_the_transcript_as_text_and_as_json(memory: Path, ran: Ran) -> None:
+    lines = ran("transcript", "--memory", memory).splitlines()
     assert len(lines) == len(TALK)
     assert lines[0].endswith("heard    Hi Rob, I am Anna, water the yellow rose  (90%)")
     assert lines[8].endswith("garbled  …")
     assert lines[9].endswith("noted    pour failed: the tank is empty"), "nobody has spoken"
-    assert main(["transcript", "--memory", str(memory), "--json"]) == 0
-    objects = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    objects = [json.loads(line) for line in ran("transcript", "--memory", memory, "--json").splitlines()]
     assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)
 
 
@@ -87,20 +85,17 @@ def test_a_file_that_is_no_memory_is_not_said_to_need_a_daemon(
     assert capsys.readouterr().err == f"hvcpctl: {path}: this is no robot's memory; name another with --memory FILE\n"
 
 
-def test_seals_are_told(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_seals_are_told(memory: Path, ran: Ran) -> None:
     with closing(Store(memory)) as store:
         for seal in ("encrypted", "not trusted"):
             store.append_transcript(TranscriptRecord(99.0, "heard", "Bot", "Hi all, I am Bot, I am busy", 0.9, seal))
-    assert main(["transcript", "--memory", str(memory)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = ran("transcript", "--memory", memory).splitlines()
     assert [line.rpartition("(90%)")[2].strip() for line in lines[-2:]] == ["encrypted ✓", "not trusted"]
 
 
-def test_since_leaves_out_what_is_older(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["transcript", "--memory", str(memory), "--since", "1h"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(TALK)
-    assert main(["transcript", "--memory", str(memory), "--since", "2999-01-01"]) == 0
-    assert capsys.readouterr().out == ""
+def test_since_leaves_out_what_is_older(memory: Path, ran: Ran) -> None:
+    assert len(ran("transcript", "--memory", memory, "--since", "1h").splitlines()) == len(TALK)
+    assert ran("transcript", "--memory", memory, "--since", "2999-01-01") == ""
 
 
 class _Enough(Exception):
@@ -125,9 +120,8 @@ def test_follow_prints_each_new_line_once(memory: Path, capsys: pytest.CaptureFi
     assert all(len(out.splitlines()) == 1 for out in waits[1:])
 
 
-def test_the_audit_counts_orders_refusals_and_shares(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["audit", "--memory", str(memory), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+def test_the_audit_counts_orders_refusals_and_shares(memory: Path, ran: Ran) -> None:
+    found = json.loads(ran("audit", "--memory", memory, "--json"))
     assert found["orders"] == {"Anna to Rob": 2, "Anna to Bot": 1}
     assert found["taken"] == {"Anna to Rob": 1}
     assert found["refusals"] == {"Rob to Anna: busy": 1, "Bot to Anna: unknown task": 1}
@@ -137,11 +131,10 @@ def test_the_audit_counts_orders_refusals_and_shares(memory: Path, capsys: pytes
     assert found["garbled"] == 1
     assert found["not_understood"] == 0
     assert found["stops"] == {"somebody": 1, "Rob": 1}, "its own one is without a name, too"
-    assert main(["audit", "--memory", str(memory)]) == 0
-    assert "0.90 (1 = all equal)" in capsys.readouterr().out
+    assert "0.90 (1 = all equal)" in ran("audit", "--memory", memory)
 
 
-def test_the_audit_counts_what_recurs_each_time(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_audit_counts_what_recurs_each_time(memory: Path, ran: Ran) -> None:
     """Of a task that is done every hour of a day only the first time counted, and only for the robot that did it."""
     again = "Hi all, I am Bot, task five complete, I will complete task three"
     with closing(Store(memory)) as store:
@@ -152,24 +145,20 @@ def test_the_audit_counts_what_recurs_each_time(memory: Path, capsys: pytest.Cap
             "Hi all, I am Bot, task three complete",
         ):
             store.append_transcript(TranscriptRecord(50.0, "heard", "Bot", text))
-    assert main(["audit", "--memory", str(memory), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(ran("audit", "--memory", memory, "--json"))
     assert (found["shares"], found["done"]["5"]) == ({"Rob": 2, "Bot": 3}, "Rob")
 
 
-def test_a_failure_that_is_said_until_somebody_confirms_it_counts_once(
-    memory: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failure_that_is_said_until_somebody_confirms_it_counts_once(memory: Path, ran: Ran) -> None:
     failed = "Hi all, I am Bot, task two failed"
     with closing(Store(memory)) as store:
         for text in (failed, failed, "Hi all, I am Bot, I will complete task two", failed, failed):
             store.append_transcript(TranscriptRecord(50.0, "heard", "Bot", text))
-    assert main(["audit", "--memory", str(memory), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["failed"] == {"Bot": 2}
+    assert json.loads(ran("audit", "--memory", memory, "--json"))["failed"] == {"Bot": 2}
 
 
 def test_the_audit_counts_what_is_only_passed_on_or_confirmed_as_the_report_of_the_shift_does(
-    memory: Path, capsys: pytest.CaptureFixture[str]
+    memory: Path, ran: Ran
 ) -> None:
     with closing(Store(memory)) as store:
         for text in (
@@ -179,17 +168,15 @@ def test_the_audit_counts_what_is_only_passed_on_or_confirmed_as_the_report_of_t
             "Hi Anna, I am Rob, Bot says task one failed",
         ):
             store.append_transcript(TranscriptRecord(50.0, "heard", text.split()[4].strip(","), text))
-    assert main(["audit", "--memory", str(memory), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(ran("audit", "--memory", memory, "--json"))
     assert found["done"] == {"5": "Rob", "1": "Rob", "3": "Bot", "2": "Bot", "4": "Rob"}
     assert (found["shares"], found["failed"]) == ({"Rob": 3, "Bot": 2}, {"Bot": 1})
 
 
-def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, ran: Ran) -> None:
     with closing(Store(memory)) as store:
         store.append_transcript(TranscriptRecord(50.0, "heard", None, "\x1b[2Jgone\nnext"))
-    assert main(["transcript", "--memory", str(memory)]) == 0
-    out = capsys.readouterr().out
+    out = ran("transcript", "--memory", memory)
     assert "\x1b" not in out
     assert len(out.splitlines()) == len(TALK) + 1
 

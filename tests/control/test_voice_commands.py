@@ -20,7 +20,7 @@ from hvcpd.synthesis.explain import PAPER_TABLE
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 from tests.full_disk import no_new_bytes
 
 pytestmark = pytest.mark.slow
@@ -29,13 +29,8 @@ SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
 OWN_LEXICON = Path(__file__).parents[2] / "etc" / "lexicon.txt"
 
 
-def ran(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    assert main([str(argument) for argument in arguments]) == 0
-    return capsys.readouterr().out
-
-
-def test_every_pronunciation_is_shown_the_used_one_marked(capsys: pytest.CaptureFixture[str]) -> None:
-    lines = ran(capsys, "pronounce", "I will wind the clock", "Zorg").splitlines()
+def test_every_pronunciation_is_shown_the_used_one_marked(ran: Ran) -> None:
+    lines = ran("pronounce", "I will wind the clock", "Zorg").splitlines()
     at = lines.index("wind")
     assert "W IH1 N D" in lines[at + 1]
     assert lines[at + 2].startswith("  * W AY1 N D")
@@ -43,30 +38,28 @@ def test_every_pronunciation_is_shown_the_used_one_marked(capsys: pytest.Capture
     assert "letter to sound" in lines[lines.index("zorg") + 1]
 
 
-def test_the_paper_table_has_its_words_with_all_their_pronunciations(capsys: pytest.CaptureFixture[str]) -> None:
-    rows = [json.loads(line) for line in ran(capsys, "pronounce", "--paper-table", "--json").splitlines()]
+def test_the_paper_table_has_its_words_with_all_their_pronunciations(ran: Ran) -> None:
+    rows = [json.loads(line) for line in ran("pronounce", "--paper-table", "--json").splitlines()]
     assert [row["word"] for row in rows] == list(PAPER_TABLE)
     assert all(len(row["possible"]) == 2 and row["alone"] in row["possible"] for row in rows)
     by_word = {row["word"]: row for row in rows}
     assert by_word["wind"]["verb"] == "weyend"
     assert by_word["lead"]["noun"] == "lehd"
     assert by_word["read"]["past"] == "rehd"
-    text = ran(capsys, "pronounce", "--paper-table")
+    text = ran("pronounce", "--paper-table")
     assert all(f"\n{word} " in f"\n{text}" for word in PAPER_TABLE)
 
 
-def test_the_lexicon_of_etc_is_good_and_stands_over_all_others(capsys: pytest.CaptureFixture[str]) -> None:
-    row = json.loads(ran(capsys, "pronounce", "Xiu", "--lexicon", OWN_LEXICON, "--json"))
+def test_the_lexicon_of_etc_is_good_and_stands_over_all_others(ran: Ran) -> None:
+    row = json.loads(ran("pronounce", "Xiu", "--lexicon", OWN_LEXICON, "--json"))
     used, replaced = row["pronunciations"]
     assert (used["phones"], used["source"], used["used"]) == ("SH Y UW1", "your lexicon", True)
     assert (replaced["source"], replaced["used"]) == ("letter to sound", False)
 
 
-def test_words_can_be_heard_and_their_frames_written(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, refused: Refuse
-) -> None:
+def test_words_can_be_heard_and_their_frames_written(ran: Ran, tmp_path: Path, refused: Refuse) -> None:
     assert "--as changes the sound alone" in refused("pronounce", "water", "--as", "Bot")
-    ran(capsys, "pronounce", "water", "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv", "--as", "Bot")
+    ran("pronounce", "water", "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv", "--as", "Bot")
     assert len(read_wav(tmp_path / "x.wav")) > 0.2 * SAMPLE_RATE_HZ
     with (tmp_path / "x.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -74,9 +67,9 @@ def test_words_can_be_heard_and_their_frames_written(
     assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
 
 
-def test_quantities_are_explained_in_the_words_that_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_quantities_are_explained_in_the_words_that_are_said(ran: Ran) -> None:
     text = "Tue, 5 Dec, 10 am, 20cm, 3.5"
-    rows = [json.loads(line) for line in ran(capsys, "pronounce", text, "--json").splitlines()]
+    rows = [json.loads(line) for line in ran("pronounce", text, "--json").splitlines()]
     assert " ".join(row["word"] for row in rows) == (
         "tuesday five december ten a m twenty centimetres three point five"
     )
@@ -94,11 +87,11 @@ def test_the_frames_can_be_piped(
 
 
 def test_words_are_heard_in_the_voice_that_the_settings_choose(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
+    capsys: pytest.CaptureFixture[str], ran: Ran, tmp_path: Path
 ) -> None:
     config = tmp_path / "hvcpd.yaml"
     config.write_text("name: Rob\nvoice: granite\n")
-    ran(capsys, "pronounce", "water", "--config", config, "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv")
+    ran("pronounce", "water", "--config", config, "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv")
     said = Speaker(voice_named("granite"), Lexicon.load()).render([["water"]])
     assert np.allclose(read_wav(tmp_path / "x.wav"), said, atol=1e-3)
     with (tmp_path / "x.csv").open() as file:
@@ -241,9 +234,7 @@ def files_of(folder: Path) -> dict[Path, int]:
 
 
 @pytest.mark.slow
-def test_a_daemon_makes_nothing_anew_after_prerendering(
-    tmp_path: Path, units: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_daemon_makes_nothing_anew_after_prerendering(tmp_path: Path, units: Path, ran: Ran) -> None:
     """Every twentieth of the words that other tests have rendered is missing, of whatever kind, and more."""
     state, config = tmp_path / "state", tmp_path / "hvcpd.yaml"
     (state / "units").mkdir(parents=True)
@@ -251,7 +242,7 @@ def test_a_daemon_makes_nothing_anew_after_prerendering(
         if number % 20:
             (state / "units" / unit.name).symlink_to(unit)
     config.write_text(f"name: Rob\nstate_dir: {state}\nwheels: {{driver: none}}\nseed: 1\n")
-    out = json.loads(ran(capsys, "prerender", "--config", config, "--json"))
+    out = json.loads(ran("prerender", "--config", config, "--json"))
     assert (out["names"], out["folder"], out["for_service"]) == (["Rob"], str(state / "units"), True)
     before = files_of(state)
     assert len(list((state / "units").glob("*.unit"))) > 300

@@ -17,37 +17,34 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for, voice_named
-from tests.control.conftest import Refuse
+from tests.control.conftest import Ran, Refuse
 from tests.hardware.fake_card import CAMERA, FakeCard
 
 
-def test_every_voice_is_compared_and_each_robot_has_one(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["voices", "--silent", "--json", "--text", "Hi", "--names", "Rob,Bot,Zorg"]) == 0
-    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+def test_every_voice_is_compared_and_each_robot_has_one(ran: Ran) -> None:
+    lines = ran("voices", "--silent", "--json", "--text", "Hi", "--names", "Rob,Bot,Zorg").splitlines()
+    rows = [json.loads(line) for line in lines]
     assert [row["voice"] for row in rows] == [voice.name for voice in VOICES]
     whose = {name: row["voice"] for row in rows for name in row["robots"]}
     assert whose == {name: voice_for(name).name for name in ("Rob", "Bot", "Zorg")}
     assert all(row["most_like"] != row["voice"] for row in rows)
 
 
-def test_a_chosen_voice_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_chosen_voice_is_told(tmp_path: Path, ran: Ran) -> None:
     settings = tmp_path / "hvcpd.yaml"
     settings.write_text("name: Rob\nvoice: wren\nnames: [Rob, Bot]\npeers: {Bot: {voice: oak}}\n")
-    assert main(["voices", "oak", "Wren", "--silent", "--text", "Hi", "--config", str(settings)]) == 0
-    table = capsys.readouterr().out.splitlines()
+    table = ran("voices", "oak", "Wren", "--silent", "--text", "Hi", "--config", settings).splitlines()
     assert table[1].startswith("oak")
     assert table[1].endswith("Bot")
     assert table[2].startswith("wren")
     assert table[2].endswith("Rob")
 
 
-def test_a_voice_at_another_pitch_or_rate_has_a_row_of_its_own(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_voice_at_another_pitch_or_rate_has_a_row_of_its_own(tmp_path: Path, ran: Ran) -> None:
     settings = tmp_path / "hvcpd.yaml"
     settings.write_text("name: Rob\nvoice: oak\npitch: 1.1\nnames: [Rob, Bot]\npeers: {Bot: {voice: oak}}\n")
-    assert main(["voices", "--silent", "--json", "--text", "Hi", "--config", str(settings)]) == 0
-    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    lines = ran("voices", "--silent", "--json", "--text", "Hi", "--config", settings).splitlines()
+    rows = [json.loads(line) for line in lines]
     assert [row["voice"] for row in rows] == [*(voice.name for voice in VOICES), "oak, pitch 1.1, rate 1"]
     assert {name: row["pitch_hz"] for row in rows for name in row["robots"]} == {
         "Rob": pytest.approx(1.1 * voice_named("oak").f0_hz),

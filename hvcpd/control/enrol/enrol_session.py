@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Generic, TextIO, TypeVar
+from typing import TextIO
 
 import numpy as np
 
@@ -36,11 +36,8 @@ LEAST_NOISE_DBFS = -100.0
 TRIES = 4
 """Attempts at one word or sentence; then it is left out."""
 Words = tuple[str, ...]
-Good = TypeVar("Good")
-Checked = tuple[Good | None, str]
-"""What a recording holds, or None and the reason why it cannot be used."""
-CheckOfSentence = Callable[..., Checked[SpokenSentence]]
-"""Checks a recording, shape (n,), of a sentence whose `words` are known."""
+CheckOfSentence = Callable[[Samples, Words], tuple[SpokenSentence | None, str]]
+"""What a recording, shape (n,), of a sentence with known words holds, or None and the reason why it cannot be used."""
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _BAR_DB = 7.0
@@ -48,13 +45,12 @@ _BAR_DB = 7.0
 
 
 @dataclass(frozen=True)
-class _Asked(Generic[Good]):
-    """What a person is asked to say: how it is written, the check of its recording, where to keep what is good, and
-    what to write if nothing is."""
+class _Asked:
+    """What a person is asked to say, how it is written; `take` keeps a good recording, or returns what is wrong with
+    it; `left_out` is written if none was good."""
 
     text: str
-    check: Callable[[Samples], Checked[Good]]
-    keep: Callable[[Good], None]
+    take: Callable[[Samples], str]
     left_out: str
 
 
@@ -62,11 +58,15 @@ def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: Tex
     """`takes` takes of each word. Raises DeviceError. What was said until an interrupt is kept."""
     found: dict[str, list[Energies]] = {}
 
-    def ask_for(word: str) -> _Asked[Energies]:
-        left_out = f"'{word}' is left out; enrol it later with --words {word}"
-        return _Asked(word.upper(), check_take, lambda take: found.setdefault(word, []).append(take), left_out)
+    def take(word: str, sound: Samples) -> str:
+        good, fault = check_take(sound)
+        if good is not None:
+            found.setdefault(word, []).append(good)
+        return fault
 
-    asked = [*map(ask_for, words)] * takes  # all words once, then again: repeated at once, they are sung
+    left_out = "'{0}' is left out; enrol it later with --words {0}"
+    once = [_Asked(word.upper(), partial(take, word), left_out.format(word)) for word in words]
+    asked = once * takes  # all words once, then again: repeated at once, they are sung
     _Session(stream, out).lead(f"{plural(len(words), 'word')}, {plural(takes, 'time')} each", asked)
     return found
 
@@ -76,8 +76,14 @@ def record_sentences(
 ) -> list[SpokenSentence]:
     """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
     found: list[SpokenSentence] = []
+
+    def take(words: Words, sound: Samples) -> str:
+        good, fault = check(sound, words)
+        found.extend([good] if good is not None else [])
+        return fault
+
     left_out = "this sentence is left out; four are nearly as good as five"
-    asked = [_Asked(text, partial(check, words=words), found.append, left_out) for text, words in sentences.items()]
+    asked = [_Asked(text, partial(take, words), left_out) for text, words in sentences.items()]
     _Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S).lead(plural(len(sentences), "sentence"), asked)
     return found
 
@@ -91,25 +97,21 @@ class _Session:
         self._after_s, self._longest_s = after_s, longest_s
         self._noise_dbfs = SILENCE_DBFS
 
-    def lead(self, what: str, asked: Sequence[_Asked[Good]]) -> None:
+    def lead(self, what: str, asked: Sequence[_Asked]) -> None:
         """Ask for one after the other until an interrupt; each is kept as soon as it is good."""
         try:
             asyncio.run(self._lead(what, asked))
         except KeyboardInterrupt:
             self._out.write("\ninterrupted; what was said is kept\n")
 
-    async def _lead(self, what: str, asked: Sequence[_Asked[Good]]) -> None:
+    async def _lead(self, what: str, asked: Sequence[_Asked]) -> None:
         try:
             await self._stream.open()
             await self._stream.start()
             await self._hear_noise()
             self._out.write(f"{what}. Say each one as you would to a robot.\n")
             for number, each in enumerate(asked, 1):
-                good = await self._ask(f"[{number}/{len(asked)}] {each.text}", each.check)
-                if good is None:
-                    self._out.write(f"{each.left_out}\n")
-                else:
-                    each.keep(good)
+                await self._ask(f"[{number}/{len(asked)}] {each.text}", each)
         finally:
             await self._stream.close()
 
@@ -119,17 +121,16 @@ class _Session:
         self._out.flush()
         self._noise_dbfs = max(level_dbfs(await self._read(NOISE_S)), LEAST_NOISE_DBFS)
 
-    async def _ask(self, prompt: str, check: Callable[[Samples], Checked[Good]]) -> Good | None:
-        """What `check` makes of what is said; None after TRIES that were no good."""
+    async def _ask(self, prompt: str, asked: _Asked) -> None:
+        """Ask until what is said is good, TRIES times at most."""
         for _ in range(TRIES):
             self._out.write(f"{prompt}  ")
             self._out.flush()
-            found, fault = check(await self._utterance())
-            if found is not None:
-                self._out.write("good\n")
-                return found
-            self._out.write(f"once more: {fault}\n")
-        return None
+            fault = asked.take(await self._utterance())
+            self._out.write(f"once more: {fault}\n" if fault else "good\n")
+            if not fault:
+                return
+        self._out.write(f"{asked.left_out}\n")
 
     async def _utterance(self) -> Samples:
         """The speech from now on, until it is quiet; empty after WAIT_S of quiet."""

@@ -53,19 +53,13 @@ def nearness(samples: Samples, events: Sequence[Event], said: Words, team: Team)
     stretches = [event for event in events if isinstance(event, Garbled | Recognised)]
     bank = bank_of(team) if stretches else {}
     for stretch in stretches:
-        near = closest(around(samples, stretch)[1], team.phrasebook.graph, bank)
+        begin, sound = around(samples, stretch)
+        near = closest(sound, team.phrasebook.graph, bank)
         yield _told(stretch, "robot", RecogniserSettings().min_confidence, near, None, said, team)
         if people is not None:
-            yield _by_people(people, samples, stretch, said, team)
-
-
-def _by_people(
-    people: SecondPassRecogniser, samples: Samples, stretch: Garbled | Recognised, said: Words, team: Team
-) -> Nearness:
-    begin, sound = around(samples, stretch)
-    segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample)
-    likeliest, own = people.compared(segment, said)
-    return _told(stretch, "person", MIN_STRANGERS_PROBABILITY, likeliest, own, said, team)
+            segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample)
+            likeliest, own = people.compared(segment, said)
+            yield _told(stretch, "person", MIN_STRANGERS_PROBABILITY, likeliest, own, said, team)
 
 
 def _told(
