@@ -1,7 +1,6 @@
 """Journeys of several legs, obstacles and blindness, on the whole chain in virtual time."""
 
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
@@ -13,14 +12,6 @@ from hvcpd.hardware.navigator import BACK_OFF_M, Dock, Face, Journey, Navigator,
 from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S
 from hvcpd.hardware.stall import STALL_S, StallWatch
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
-
-
-@pytest.fixture
-def robot() -> Iterator[VirtualRobot]:
-    made = VirtualRobot(seed=1)
-    made.wheels.open()
-    yield made
-    made.wheels.close()
 
 
 def test_waypoints_are_passed_in_order_and_progress_never_falls(robot: VirtualRobot) -> None:
@@ -89,17 +80,15 @@ def test_an_obstacle_that_goes_away_costs_some_time_only(robot: VirtualRobot) ->
     assert deepest > 0.0
 
 
-def test_after_it_has_backed_off_speed_rises_from_zero() -> None:
+def test_after_it_has_backed_off_speed_rises_from_zero(robot: VirtualRobot) -> None:
     """It drove at the obstacle again with the speed at which it had met it, from one command to the next."""
-    robot, commands = VirtualRobot(seed=1), [0.0]
-    robot.wheels.open()
+    commands = [0.0]
 
     def hold() -> None:
         robot.motors[0].blocked = 2.0 < robot.time.now_s < 2.4
         commands.append(robot.motors[1].memory.get("goal_velocity") * VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m)
 
     assert robot.carry_out(Forward(1.0), hold) is MotionState.ARRIVED
-    robot.wheels.close()
     backed_off = next(k for k, speed_m_s in enumerate(commands) if speed_m_s < 0.0)
     rises = [after - before for before, after in pairwise(commands[backed_off:]) if after > 0.0]
     assert max(rises) <= 2.0 * ACCELERATION_M_S2 * PERIOD_S

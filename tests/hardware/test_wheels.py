@@ -1,18 +1,55 @@
 """The wheels' driver over the SDK, the pty and the fake motors, while nothing fails."""
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeMotor
+from hil_fakes.dynamixel.virtual import VirtualTime
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S
 from hvcpd.hardware.wheels import DynamixelWheels
-from hvcpd.ports import STANDSTILL, WheelCommand, Wheels
-from tests.hardware.conftest import Robot, make_robot
+from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading, Wheels
 
 LIMIT_RAD_S = 265 * VELOCITY_UNIT_RAD_S
+PATIENT_S = 20.0
+"""Wait for a reply: on the pty every one comes, however busy the machine is."""
+
+
+@dataclass
+class Robot:
+    """Fake motors on a pty and the driver, advanced together by one clock."""
+
+    bus: FakeBus
+    clock: VirtualTime
+    wheels: DynamixelWheels
+
+    def cycle(self, command: WheelCommand) -> WheelReading:
+        """One exchange, and then time passes."""
+        reading = self.wheels.exchange(command)
+        self.clock.advance(0.02)
+        return reading
+
+    def run(self, command: WheelCommand, duration_s: float) -> WheelReading:
+        """The same command for a while; the last reading."""
+        return [self.cycle(command) for _ in range(round(duration_s / 0.02))][-1]
+
+
+def make_robot(bus: FakeBus) -> Robot:
+    clock = VirtualTime()
+    clock.follow(bus.advance)
+    return Robot(bus, clock, DynamixelWheels(bus.path, timeout_s=PATIENT_S, clock=clock))
+
+
+@pytest.fixture
+def robot(bus: FakeBus) -> Iterator[Robot]:
+    made = make_robot(bus)
+    made.wheels.open()
+    yield made
+    made.wheels.close()
 
 
 def item(bus: FakeBus, motor_id: int, name: str) -> int:
