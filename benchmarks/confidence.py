@@ -23,7 +23,7 @@ from benchmarks.hearing.material import BLOCK, GAP_S, Spoken, Team, make_stream
 from benchmarks.hearing.mixing import add_noise, mix
 from benchmarks.hearing.noises import KINDS, make_noise
 from benchmarks.judging import reliability, tell_reliability
-from hvcpd.assembly.make import templates
+from hvcpd.assembly.make import word_bank
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -124,7 +124,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
     sound = make_sound(None, user_cache_folder())
     book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
     speakers = {name: Speaker(voice_for(name), sound.lexicon, sound.cache) for name in names}
-    bank = {voice_for(name).name: templates(book, voice_for(name), sound) for name in names}
+    bank = {voice_for(name).name: dict(word_bank(book, sound.speaker_in(voice_for(name)))) for name in names}
     clean, spoken = make_stream(book, speakers, o.sentences, seed)
     noises = [make_noise(kind, len(clean), seed, Team(names, book, sound)) for kind in KINDS]
     streams = [(mix(clean, spoken, noise, float(snr), -30.0), spoken) for noise in noises for snr in o.snr.split(",")]

@@ -102,8 +102,8 @@ class Daemon:
         self.service = SkillService(lambda: tasks)
         self.performer = Performer(Navigator(), Pose(0.0, 0.0))
         self.service.begin(cast(Robot, SimpleNamespace(performer=self.performer)))
-        self._server = ControlServer(self._serve, lambda: {"event": "hello", "protocol": 1, "name": "Rob"})
-        self._server.on_gone = self.service.gone
+        hello = {"event": "hello", "protocol": 1, "name": "Rob"}
+        self._server = ControlServer(self._serve, lambda: hello, self.service.gone)
         self._file = SocketFile(path, "Rob")
         self._wheels, self._odometry = wheels, Odometry(Pose(0.0, 0.0))
         self._now = 0.0

@@ -18,7 +18,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, References, VoiceSounds
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -81,7 +80,8 @@ def heard(
 def measure(voice: Voice, words: list[str], seeds: int) -> tuple[NDArray[np.float64], ...]:
     """Distances (conditions, words, words), confusions of the same shape, and trials a pair."""
     units = make_sound(None, user_cache_folder())
-    templates = templates_of(words, voice, units)
+    speaker = units.speaker_in(voice)
+    templates = {word: speaker.templates(word) for word in words}
     energies = np.concatenate([trimmed_energies(take) for takes in templates.values() for take in takes])
     scale = 1.0 / float(energies.sum(axis=1).mean())  # as `TemplateBank` scales a voice: its mean total becomes 1
     sounds = VoiceSounds(templates)

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from benchmarks.manner import USUAL, Manner
-from hvcpd.assembly.make import Books, make_speech_recogniser, make_waveform_books, templates
+from hvcpd.assembly.make import Books, make_speech_recogniser, make_waveform_books, word_bank
 from hvcpd.assembly.sound import Sound, make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -64,7 +64,7 @@ class Team:
     def bank(self) -> dict[str, dict[str, list[Samples]]]:
         """All words in all their voices."""
         voices = {voice.name: voice for voice in map(self.sound.voice_of, self.names)}
-        return {name: templates(self.book, voice, self.sound) for name, voice in voices.items()}
+        return {name: dict(word_bank(self.book, self.sound.speaker_in(voice))) for name, voice in voices.items()}
 
     @cached_property
     def books(self) -> Books:

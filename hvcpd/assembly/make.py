@@ -43,7 +43,6 @@ from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import Voice
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -142,7 +141,7 @@ def make_spelling_recogniser(
     voices = {voice.name: voice for voice in sound.every_voice()}
 
     def takes(voice: str, word: str) -> list[Samples]:
-        return Speaker(voices[voice], sound.lexicon, sound.cache).templates(word)
+        return sound.speaker_in(voices[voice]).templates(word)
 
     bank = LazyMapping(voices, lambda voice: LazyMapping(graph.words, partial(takes, voice)))
     settings = RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE)
@@ -154,25 +153,15 @@ def make_barge_in_detector() -> BargeInDetector:
     return BargeInDetector(KeywordNet(Weights.load()))
 
 
-def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Return the templates, shape (n,) each, of all words in one voice, and of the phrases that count as one."""
-    return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
-
-
 def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
-    """Return the templates of all words in a speaker's voice, shape (n,) each, float32, made at each access."""
+    """Return the templates of all words in a speaker's voice, and of the phrases that count as one, shape (n,) each,
+    float32, made at each access."""
 
     def rendered(word: str) -> list[Samples]:
         phrases = phrasebook.alternatives.get(word, ())
         return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
 
     return LazyMapping(phrasebook.marked_graph.words, rendered)
-
-
-def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Return the templates of these words in one voice, shape (n,) each, float32."""
-    speaker = Speaker(voice, sound.lexicon, sound.cache)
-    return {word: speaker.templates(word) for word in words}
 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:

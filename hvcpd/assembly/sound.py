@@ -57,6 +57,10 @@ class Sound:
         read_weights(weights)
         return replace(self, natural=True)
 
+    def speaker_in(self, voice: Voice) -> Speaker:
+        """Speaks with that voice, as nobody in particular."""
+        return Speaker(voice, self.lexicon, self.cache)
+
     def every_voice(self) -> tuple[Voice, ...]:
         """The eight voices by the team's synthesizer."""
         return tuple(map(self.said_by, VOICES))
@@ -65,7 +69,7 @@ class Sound:
         """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
         voice = self.voice_of(name)
         recorded = self.recorded.get(name.lower())
-        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
+        return recorded or self.speaker_in(replace(voice, rate=rate * voice.rate))
 
 
 def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None, accent: Accent = "us") -> Sound:

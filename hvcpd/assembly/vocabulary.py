@@ -13,7 +13,6 @@ import cattrs
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
 from hvcpd.config.document import place_of
@@ -184,7 +183,8 @@ def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple
         return ()
     worst: dict[Pair, Confusion] = {}
     for voice in voices:
-        rendered = templates_of(words, voice, sound)
+        speaker = sound.speaker_in(voice)
+        rendered = {word: speaker.templates(word) for word in words}
         rough = VoiceSounds({word: takes[:1] for word, takes in rendered.items()}, HARDEST, EVERY)
         near = [p for p, d in _distances(rough, pairs).items() if float(d.min()) < FAR]
         for pair, distances in _distances(VoiceSounds(rendered), near).items():

@@ -78,15 +78,15 @@ class Document:
         self.source = top.source
         self.value: Any = None
         self.places: dict[KeyPath, Place] = {(): top}
-        self.key_places: dict[KeyPath, Place] = {}
+        """Of each key, and of each value that has none: in a list, or the whole."""
         self._overlaid: set[KeyPath] = set()
         self._faults: dict[tuple[Place, str], KeyPath] = {}
 
     def place(self, path: KeyPath) -> Place:
-        """The place of the key at `path`, of its value, or of the nearest thing around it."""
-        while path not in self.key_places and path not in self.places:
+        """The place of what is at `path`, or of the nearest thing around it."""
+        while path not in self.places:
             path = path[:-1]
-        return self.key_places.get(path) or self.places[path]
+        return self.places[path]
 
     def texts(self) -> Iterator[tuple[str, Place]]:
         """The texts among the values, and the place of each."""
@@ -97,7 +97,7 @@ class Document:
 
     def has(self, path: KeyPath) -> bool:
         """Whether there is a value at `path`, valid or not."""
-        return path in self.key_places or path in self.places
+        return path in self.places
 
     def fault(self, path: KeyPath, text: str, place: Place | None = None) -> None:
         """Note a fault at `path` and its remedy; each path is reported only once."""
@@ -126,7 +126,7 @@ class Document:
         if isinstance(group, dict):
             group[path[-1]] = value
         self._forget_places(path)
-        self.places[path] = self.key_places[path] = Place(source)
+        self.places[path] = Place(source)
         self._overlaid.add(path)
 
     def drop(self, key: str) -> None:
@@ -136,9 +136,7 @@ class Document:
             self._forget_places((key,))
 
     def _forget_places(self, path: KeyPath) -> None:
-        for places in (self.places, self.key_places):
-            for inside in [known for known in places if known[: len(path)] == path]:
-                del places[inside]
+        self.places = {known: place for known, place in self.places.items() if known[: len(path)] != path}
 
     def named_by_place(self, path: KeyPath) -> bool:
         """Whether the place of the key at `path`, an option or a variable, already names the key."""
@@ -146,8 +144,7 @@ class Document:
 
     def gather(self, place: Place) -> None:
         """Give all values and faults the same place: they come from no file."""
-        for places in (self.places, self.key_places):
-            places.update(dict.fromkeys(places, place))
+        self.places = dict.fromkeys(self.places, place)
         self._faults = {(place, text): path for (_, text), path in self._faults.items()}
 
     def with_list(self, key: str, elements: Sequence[tuple[Document, int]]) -> Document:
@@ -162,8 +159,7 @@ class Document:
 
     def _take(self, other: Document, moved: Callable[[KeyPath], KeyPath | None]) -> None:
         """Take places and faults of another document, as far as `moved` has a way for theirs."""
-        for mine, theirs in ((self.places, other.places), (self.key_places, other.key_places)):
-            mine.update((to, place) for path, place in theirs.items() if (to := moved(path)) is not None)
+        self.places.update((to, place) for path, place in other.places.items() if (to := moved(path)) is not None)
         faults = ((fault, moved(path)) for fault, path in other._faults.items())
         self._faults.update((fault, path) for fault, path in faults if path is not None)
 
@@ -331,11 +327,11 @@ class _Reader:
             key = key_node.value
             child = (*path, key)
             if key in result:
-                first = self._document.key_places[child].line
+                first = self._document.places[child].line
                 self._fault(child, key_node, f"the key {key!r} is given twice, first in line {first}; keep one")
                 continue
-            self._document.key_places[child] = self._place(key_node)
             result[key] = self.read(value_node, child)
+            self._document.places[child] = self._place(key_node)
         return result
 
 

@@ -174,7 +174,7 @@ class CacheWarmUp:
 
     def _in_voice(self, voice: Voice) -> Callable[[str], object]:
         """Return a function that renders the templates of a word; each word has a speaker: a shared one keeps 2 MB."""
-        return lambda word: Speaker(voice, self._sound.lexicon, self._sound.cache).templates(word)
+        return lambda word: self._sound.speaker_in(voice).templates(word)
 
     def _n_waveforms(self) -> int:
         """Steps of `Robot.prepare`, as far as that is known before."""

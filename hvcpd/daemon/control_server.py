@@ -86,14 +86,14 @@ Serve = Callable[[Request, Client], Awaitable[Mapping[str, Any]]]
 
 
 class ControlServer:
-    """Serves the clients of a listening socket with `serve`; `hello` is the first line to each."""
+    """Serves the clients of a listening socket with `serve`; `hello` is the first line to each, and `gone` is told of
+    each that has disconnected."""
 
-    def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
+    def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]], gone: Callable[[Client], None]) -> None:
         self._serve = serve
+        self._tell_gone = gone
         self._lobby = Lobby(lambda: line_of(hello()), self._admit)
         self._clients: dict[Client, asyncio.Task[None]] = {}
-        self.on_gone: Callable[[Client], None] = lambda _: None
-        """Told of each client that is gone."""
 
     def open(self, listener: socket.socket) -> None:
         """Begin to serve who connects to this listener, and no longer to an earlier one."""
@@ -160,7 +160,7 @@ class ControlServer:
 
     def _gone(self, client: Client, done: asyncio.Task[None]) -> None:
         self._clients.pop(client, None)
-        self.on_gone(client)
+        self._tell_gone(client)
         if client.writer is not None:
             client.writer.close()
         error = None if done.cancelled() else done.exception()

@@ -10,7 +10,6 @@ from typing import Any
 import structlog
 
 from hvcpd.daemon.control_events import FREQUENT, EventSource, SoundTap, odom_of
-from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
@@ -34,9 +33,7 @@ class ControlService:
         self.body = body
         self.reloader = Reloader(body, rereading)
         self._handler = RequestHandler(body, self.reloader)
-        self._server = ControlServer(self._handler.serve, self._handler.hello)
-        self._handler.server = self._server
-        self._server.on_gone = body.skills.gone
+        self._server = self._handler.server
         self._events = EventSource(body.wiring.settings.name, body.meter)
         self._tap = SoundTap()
         self._file: SocketFile | None = None

@@ -60,7 +60,8 @@ class JournalService:
         self._lock: int | None = None
         """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
         self._memory: Memory | None = None
-        self._journal: Journal | None = None
+        self._journal: Journal
+        """Known once the memory is open."""
         self._unwritten: dict[tuple[object, ...], Record] = {}
         self._later: list[TimedRecord] = []
         """Records that wait for LATER_S."""
@@ -92,8 +93,7 @@ class JournalService:
 
     def use_tasks(self, tasks: TaskRepository) -> None:
         """Use these tasks from now on."""
-        if self._journal is not None:
-            self._journal.use_tasks(tasks)
+        self._journal.use_tasks(tasks)
 
     async def open(self) -> MemoryPlan:
         """Open the memory and return its content. Raises NewerStoreError, or RunningError if another daemon has it."""
@@ -131,7 +131,7 @@ class JournalService:
                 self._unwritten.pop(key, None)
                 self._unwritten[key] = record
         news = tuple(record for record in records if isinstance(record, OfTask))
-        if news and self._journal is not None:
+        if news:
             self._have_done(partial(self._journal.hold, news, now))
         at_once = False
         if self.fault is not None and not self._is_only_in_memory:
@@ -145,7 +145,7 @@ class JournalService:
         self._latch.tick(now)
         if at_once or (self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER)):
             self._send_later()
-        elif self.fault is None and self._journal is not None and now - self._checked_s >= CHECK_S:
+        elif self.fault is None and now - self._checked_s >= CHECK_S:
             self._checked_s = now
             self._have_done(self._journal.check)
 
@@ -180,7 +180,7 @@ class JournalService:
         if self._waiting + len(records) > MAX_WAITING:
             self._lose(records, "the disk is too slow")
         elif records:
-            self._have_done(partial(self._write, tuple(timed), self._now), records)
+            self._have_done(partial(self._journal.write_together, tuple(timed), self._now), records)
 
     def _have_done(self, work: Callable[[], None], records: Sequence[Record] = ()) -> None:
         """Run `work`, which writes these records, in the thread."""
@@ -233,25 +233,25 @@ class JournalService:
         lost = self._set_changes_aside()
         memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None, lost)
         recent = Recent(runtime_file(wiring.settings, ".recent"), memory.latched.memory)
-        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
+        journal = self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
         try:
-            self._journal.recall()
+            journal.recall()
         except StoreError as error:
             self.fault = self.fault or str(error)
         ring = wiring.ring()
         if ring is not None and (memory.seals_lost or memory.seals_stale):
             try:
-                self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
+                journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
             except StoreError as error:
                 self.fault = self.fault or str(error)
         self.stopped |= memory.stopped
         self.loss = memory.loss
-        self.names, self.robots = self._journal.names, self._journal.robots
+        self.names, self.robots = journal.names, journal.robots
         self._peers = {name.casefold() for name in self.names}
-        journal = self._journal
-        plan = MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)
-        return memory.latched, plan
+        return memory.latched, MemoryPlan(
+            journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes
+        )
 
     def _set_changes_aside(self) -> tuple[str, ...]:
         """Why it is not known which tasks were added or removed by commands; nothing if it is."""
@@ -267,11 +267,6 @@ class JournalService:
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:
             return reader.rows(after, since_wall_s, limit)
-
-    def _write(self, timed: Sequence[TimedRecord], now: float) -> None:
-        if self._journal is None:
-            raise RuntimeError("the memory is not open")
-        self._journal.write_together(timed, now)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
         """The records to try to write while the disk fails: none yet, or all that are due. Without any, the memory's

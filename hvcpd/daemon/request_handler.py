@@ -47,8 +47,7 @@ class RequestHandler:
     def __init__(self, body: Body, reloader: Reloader) -> None:
         self._body = body
         self._reloader = reloader
-        self.server: ControlServer
-        """Whose clients they are; known before the first request."""
+        self.server = ControlServer(self.serve, self.hello, body.skills.gone)
 
     def hello(self) -> Result:
         """The first line that each client gets."""

@@ -11,15 +11,15 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
 
 from hvcpd.config.files import sync_folder
-from hvcpd.errors import StoreError, unwritable
+from hvcpd.errors import StoreError, writing
 
 MAX_BYTES = 100
 """Largest size of the file, which has at most 50."""
@@ -75,10 +75,7 @@ def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
     digest = hashlib.sha256(os.fsencode(latch.absolute())).hexdigest()[:16]
     # Not `tempfile.gettempdir`, which takes another folder, or fails, where the disk is full.
     temporary = Path(os.environ.get("TMPDIR") or "/tmp")
-    return (
-        runtime,
-        temporary / f"hvcpd-{os.geteuid()}-{digest}.stopped",
-    )
+    return runtime, temporary / f"hvcpd-{os.geteuid()}-{digest}.stopped"
 
 
 class StopLatch:
@@ -121,7 +118,8 @@ class StopLatch:
             return
         self._kept = None
         if latched.permit in (Permit.FREE, Permit.NEW):
-            with _naming_the_consequence(self.path):
+            remedy = "make the file and its folder writable for the daemon's user"
+            with writing(self.path, StoreError, "the next start will be stopped: ", remedy):
                 self._replace(latched.line)
                 for path in self._spares:
                     if _is_own_file(path):
@@ -194,9 +192,7 @@ class StopLatch:
 
     def _cut(self) -> None:
         """Cut the file short: neither a full disk nor the folder's permissions are in the way."""
-        flags = (
-            os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
-        )  # not the target of a link; a pipe has no reader
+        flags = os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK  # no target of a link; a pipe has no reader
         descriptor = self._held if self._held is not None else os.open(self.path, flags)
         try:
             os.ftruncate(descriptor, 0)
@@ -231,13 +227,3 @@ def _is_own_file(path: Path) -> bool:
     except OSError:
         return False
     return stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
-
-
-@contextmanager
-def _naming_the_consequence(path: Path) -> Iterator[None]:
-    """An OSError as a StoreError that names its consequence."""
-    try:
-        yield
-    except OSError as error:
-        remedy = "make the file and its folder writable for the daemon's user"
-        raise StoreError(f"the next start will be stopped: {unwritable(path, error, remedy)}") from error

@@ -105,10 +105,15 @@ class Store:
 
     def mark(self, identity: int) -> None:
         """Give the memory its number, or the same once more; it is on the disk when this returns."""
-        with self._lasting():
-            self._write("INSERT OR REPLACE INTO counters VALUES (?, ?)", (IDENTITY, identity))
+        with failures(self._path):
+            self._db.execute("PRAGMA synchronous = FULL")
+        try:
+            self.set_counter(IDENTITY, identity)
             with failures(self._path):  # into the file itself: what follows in the journal may be lost without it
                 self._db.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+        finally:
+            if not self._durable:
+                self._db.execute("PRAGMA synchronous = NORMAL")
 
     def save_task(self, task: TaskRecord) -> None:
         """Keep a task's state, in place of the earlier one under that number."""
@@ -196,17 +201,6 @@ class Store:
         self._file.check()
         with failures(self._path):
             return self._db.execute(query, values).lastrowid or 0
-
-    @contextmanager
-    def _lasting(self) -> Iterator[None]:
-        """Make the writes in here durable before it returns."""
-        with failures(self._path):
-            self._db.execute("PRAGMA synchronous = FULL")
-        try:
-            yield
-        finally:
-            if not self._durable:
-                self._db.execute("PRAGMA synchronous = NORMAL")
 
     def _read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         with failures(self._path):

@@ -130,19 +130,15 @@ def open_store(path: Path, connect: Connect) -> Opened:
         make_directory(path.parent)
     with failures(path):
         try:
-            return _with_room(_checked(connect(path), path), path)
+            opened = _checked(connect(path), path)
         except sqlite3.DatabaseError as error:
             # ERROR: our statements are right, so a schema or a format that SQLite cannot read is the file's fault.
             damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
             set_aside(path, str(error))
-            return replace(_with_room(_checked(connect(path), path), path), damage=str(error))
-
-
-def _with_room(opened: Opened, path: Path) -> Opened:
-    """The store, once its journal has its room on the disk; without it nothing is lost but writes to the card."""
-    with suppress(OSError):
+            opened = replace(_checked(connect(path), path), damage=str(error))
+    with suppress(OSError):  # without room for its journal nothing is lost but writes to the card
         descriptor = os.open(path.with_name(f"{path.name}-wal"), os.O_WRONLY | os.O_CLOEXEC)
         try:
             os.posix_fallocate(descriptor, 0, JOURNAL_BYTES)

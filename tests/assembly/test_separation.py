@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, ConfusionCurve, References, VoiceSounds, band_noise
 from hvcpd.assembly.sound import Sound
 from hvcpd.language.competition import competing_phrases
@@ -26,7 +25,8 @@ WORDS = ("red", "bread", "green", "indigo", "in", "the", "go", "rose")
 
 @pytest.fixture(scope="module")
 def sounds() -> VoiceSounds:
-    return VoiceSounds(templates_of(WORDS, voice_named("oak"), Sound(Lexicon.load())))
+    speaker = Sound(Lexicon.load()).speaker_in(voice_named("oak"))
+    return VoiceSounds({word: speaker.templates(word) for word in WORDS})
 
 
 def graph(finals: set[int], *arcs: tuple[int, int, str]) -> WordGraph:

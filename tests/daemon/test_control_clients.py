@@ -44,7 +44,6 @@ async def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -
             "it does not read"
         ]
         deaf.writer.transport.abort()
-        await other.hang_up()
 
 
 async def test_a_line_too_long_and_a_line_cut_short_end_only_their_client(tmp_path: Path) -> None:
@@ -59,8 +58,6 @@ async def test_a_line_too_long_and_a_line_cut_short_end_only_their_client(tmp_pa
         longest = b'{"command":"status"' + b" " * (MAX_LINE_BYTES - 21) + b"}\n"
         assert (await other.say(longest))["ok"]
         await lives_on(bench, other)
-        await long.hang_up()
-        await other.hang_up()
 
 
 async def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
@@ -79,8 +76,6 @@ async def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> N
         assert gone["error"]["code"] == "busy"
         assert await hanging.line() is None
         await lives_on(bench, talks[0])
-        for talk in (*talks, late):
-            await talk.hang_up()
 
 
 async def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Path) -> None:
@@ -92,7 +87,8 @@ async def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_pat
             await compared.wait()
         return {"done": request.command}
 
-    server, listener = ControlServer(serve, lambda: {"event": "hello"}), socket.socket(socket.AF_UNIX)
+    server = ControlServer(serve, lambda: {"event": "hello"}, lambda _: None)
+    listener = socket.socket(socket.AF_UNIX)
     listener.bind(str(tmp_path / "a.sock"))
     listener.listen()
     server.open(listener)
@@ -123,7 +119,6 @@ async def test_a_second_daemon_of_the_name_does_not_start(tmp_path: Path) -> Non
         second.service.release()
         talk = await bench.connect()
         await lives_on(bench, talk)
-        await talk.hang_up()
 
 
 async def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> None:
@@ -160,8 +155,6 @@ async def test_a_socket_whose_folder_is_removed_is_made_again_as_soon_as_it_can_
         talk = await bench.connect()
         assert (await talk.ask("stop"))["ok"]
         assert (await before.ask("status"))["result"]["stopped"]
-        await before.hang_up()
-        await talk.hang_up()
 
 
 async def test_a_socket_of_another_daemon_is_left_alone(tmp_path: Path) -> None:
@@ -193,8 +186,6 @@ async def test_who_says_nothing_takes_nobodys_place(tmp_path: Path) -> None:
         assert await silent[0].line() is None
         assert (await silent[3].ask("status"))["ok"]
         assert (await asking.ask("stop"))["ok"]
-        for talk in (asking, *silent):
-            await talk.hang_up()
 
 
 CHUNKS = st.one_of(
@@ -243,7 +234,6 @@ def test_whatever_a_client_sends_the_robot_lives_and_others_are_served(
                 assert "ok" in line or "event" in line
         await fuzzer.hang_up()
         await lives_on(bench, other)
-        await other.hang_up()
 
     with capture_logs() as logs:
         runner.run(asyncio.wait_for(scene(), 30.0))

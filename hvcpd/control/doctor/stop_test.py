@@ -25,7 +25,6 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
 from hvcpd.recognition.events import Event, Held, Recognised, Urgent
 from hvcpd.recognition.frontend import frame_powers
 from hvcpd.synthesis.leveling import audible
-from hvcpd.synthesis.speaker import Speaker
 
 LOUDNESSES_DB = (-40.0, -30.0, -20.0, -10.0, 0.0)
 """Peak levels relative to the loudspeaker's full scale: from a murmur to a shout, at any volume setting."""
@@ -82,7 +81,7 @@ def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterat
     voices = [voice for voice in every if voice.name not in robots] or every
     for level_db in LOUDNESSES_DB:
         for _ in range(options.times):
-            call = Speaker(chooser.choice(voices), team.sound.lexicon, team.sound.cache).render([["stop"]])
+            call = team.sound.speaker_in(chooser.choice(voices)).render([["stop"]])
             begin, end = audible(call)
             call = np.asarray(call[begin:end] * (10.0 ** (level_db / 20.0) / np.abs(call).max()), np.float32)
             heard, _ = asyncio.run(exchange(devices.make_stream(audio), call, DECIDED_S))

@@ -25,7 +25,6 @@ from hvcpd.language.variants import variants
 from hvcpd.language.words import strict_words
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clean, clock
-from hvcpd.synthesis.speaker import Speaker
 
 LOOK_S = 0.05
 """Interval of the attempts to reach a daemon's socket at its start."""
@@ -68,7 +67,7 @@ class Visitor:
         self._name = name
         self.wiring = wiring
         """A robot's in force, whose tasks may have changed."""
-        self._speaker = Speaker(wiring.sound.voice_of(name), wiring.sound.lexicon, wiring.sound.cache)
+        self._speaker = wiring.sound.speaker_of(name)
         self._play = play
 
     def say(self, text: str) -> Visit:

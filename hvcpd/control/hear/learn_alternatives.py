@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from hvcpd.assembly.make import make_template_recogniser, templates
+from hvcpd.assembly.make import make_template_recogniser, word_bank
 from hvcpd.assembly.sound import Sound
 from hvcpd.assembly.vocabulary import check
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
@@ -28,7 +28,7 @@ from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
 from hvcpd.synthesis.lexicon import common_words
-from hvcpd.synthesis.speaker import Speaker, UnitPosition
+from hvcpd.synthesis.speaker import UnitPosition
 from hvcpd.synthesis.voices import Voice
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
@@ -122,7 +122,7 @@ def around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
 
 def bank_of(team: Team) -> Bank:
     """The templates of all words in the voices of the team, by voice and word; to render them takes seconds."""
-    return {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
+    return {n: dict(word_bank(team.phrasebook, team.sound.speaker_in(v))) for n, v in team_voices(team).items()}
 
 
 def _needed(near: Recognised, heard: Mapping[int, Recognised | None]) -> Iterator[tuple[int, tuple[str, ...]]]:
@@ -179,7 +179,7 @@ def _heard_freely(
     pauses = frozenset(range(1, len(near.words))) - {index + 1} if within else frozenset[int]()
     chain = graph_of(near.words, pauses)
     free = free_words(team.sound)
-    speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
+    speaker = team.sound.speaker_in(team_voices(team)[near.voice])
     between = [index, *range(chain.n_nodes, chain.n_nodes + n_words - 1)]
     arcs = list(chain.arcs)
     for depth, node in enumerate(between):

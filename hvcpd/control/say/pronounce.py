@@ -23,7 +23,6 @@ from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, pa
 from hvcpd.synthesis.frames import frame_table
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.speaker import Speaker
 
 
 def run(options: argparse.Namespace) -> None:
@@ -97,7 +96,7 @@ def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], sound
     """Write the words as sound, and the synthesizer's frames, if requested."""
     voice = sound.voice_of(options.voice_of or "Rob")
     if options.output is not None:
-        write_wav(options.output, Speaker(voice, sound.lexicon, sound.cache).render(phrases))
+        write_wav(options.output, sound.speaker_in(voice).render(phrases))
     if options.track is None:
         return
     ((word,),) = phrases

@@ -61,4 +61,4 @@ def _speaker(
     if is_recorded:
         return team.sound.speaker_of(name)
     sound = team.sound.made_natural() if options.natural else team.sound
-    return Speaker(delivery.voice(sound.voice_of(name)), sound.lexicon, sound.cache)
+    return sound.speaker_in(delivery.voice(sound.voice_of(name)))

@@ -17,7 +17,6 @@ from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, samples_in
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
 BETWEEN_S = 0.6
@@ -35,7 +34,7 @@ def run(options: argparse.Namespace) -> None:
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or _all_voices(sound, names)
     phrases = sayable_phrases(options.text)
     require_few_words(phrases)
-    said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
+    said = [sound.speaker_in(voice).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
     if options.output != STANDARD_OUTPUT:
         sys.stdout.write("".join(json.dumps(row) + "\n" for row in rows) if options.json else _as_table(rows))
