@@ -118,6 +118,7 @@ class ControlBench:
         rereading = SomeWords(load, loaded.sources, allow_confusable=not compares_words)
         self.service = ControlService(self.body, rereading)
         self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
+        self._talks: list[Talk] = []
 
     async def open(self, with_robot: bool = True) -> None:
         await self.service.open()
@@ -130,6 +131,8 @@ class ControlBench:
         self.body.wheels = WheelService(self.wheels)
 
     async def close(self) -> None:
+        for talk in self._talks:
+            await talk.hang_up()
         await self.service.close()
         if self.body.wheels is not None:
             await self.body.wheels.close()
@@ -153,9 +156,10 @@ class ControlBench:
             await asyncio.sleep(0)
 
     async def connect(self) -> Talk:
-        """A client, and its first line read."""
+        """A client, and its first line read; it hangs up when the bench is closed."""
         with short_address(self.path) as address:
             talk = Talk(*await asyncio.open_unix_connection(address))
+        self._talks.append(talk)
         first = await talk.line()
         assert first is not None
         assert first["event"] == "hello"
@@ -173,3 +177,10 @@ async def control(
         yield bench
     finally:
         await bench.close()
+
+
+@asynccontextmanager
+async def talking(directory: Path, **more: Any) -> AsyncIterator[tuple[ControlBench, Talk]]:
+    """As `control`, with a client."""
+    async with control(directory, **more) as bench:
+        yield bench, await bench.connect()

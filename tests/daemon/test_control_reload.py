@@ -20,23 +20,20 @@ from hvcpd.hardware.soundfile import write_wav
 from hvcpd.memory.people import person_path, remove_person, write_person
 from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
-from tests.daemon.control_bench import ONE_TASK, control
+from tests.daemon.control_bench import ONE_TASK, control, talking
 from tests.daemon.test_control_service import shown
 from tests.full_disk import no_new_bytes
 
 
 async def test_settings_come_with_their_sources(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (_, talk):
         settings = {each["key"]: each for each in (await talk.ask("config"))["result"]["settings"]}
         assert settings["name"] == {"key": "name", "value": "Rob", "source": "--name"}
         assert settings["pick"]["source"] == "default"
-        await talk.hang_up()
 
 
 async def test_reload_changes_how_much_the_robot_says(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         usual = {"now": "normal", "level_db": 0.0, "for_noise": False, "quiet": None}
         assert (await talk.ask("status"))["result"]["talk"] == usual
         bench.file.write_text('talk: full\nquiet: {hours: "00:00-23:59", level_db: -6}\n')
@@ -53,12 +50,10 @@ async def test_reload_changes_how_much_the_robot_says(tmp_path: Path) -> None:
         status = (await talk.ask("status"))["result"]
         assert status["talk"]["quiet"] == "00:00-23:59"
         assert "(quiet hours 00:00-23:59)" in shown(status)
-        await talk.hang_up()
 
 
 async def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
         bench.file.write_text("mode: follow\nunable: [1]\naudio: {block_ms: 20}\n")
         tasks = tmp_path / "tasks.yaml"
@@ -81,12 +76,10 @@ async def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Pat
         assert refused["code"] == "bad_settings"
         assert "did you mean 'mode'" in refused["text"]
         assert bench.bench.robot.coordination.role.volunteer is False, "all or nothing"
-        await talk.hang_up()
 
 
 async def test_reload_tells_what_differs_in_the_tasks(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         bench.body.retask = lambda _tasks, then: then()
 
         async def changes(text: str) -> list[tuple[object, ...]]:
@@ -107,13 +100,11 @@ async def test_reload_tells_what_differs_in_the_tasks(tmp_path: Path) -> None:
         ], "it was told that nothing has changed"
         farther = more.replace("x_m: 3", "x_m: 4")
         assert await changes(longer + farther) == [("places", ["tap"], ["tap, changed"])]
-        await talk.hang_up()
 
 
 async def test_reload_takes_tasks_with_new_words_once_the_robot_knows_these(tmp_path: Path) -> None:
     two = ONE_TASK + ONE_TASK.partition("tasks:\n")[2].replace("number: 1", "number: 2").replace("green", "pink")
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         learned: list[Callable[[], None]] = []
         bench.body.retask = lambda _tasks, then: learned.append(then)
         (tmp_path / "tasks.yaml").write_text(two)
@@ -137,7 +128,6 @@ async def test_reload_takes_tasks_with_new_words_once_the_robot_knows_these(tmp_
         assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [1]
         (tmp_path / "tasks.yaml").write_text(two.replace("pink", "grin"))
         assert "sounds like" in (await talk.ask("reload"))["error"]["text"]
-        await talk.hang_up()
 
 
 async def test_a_removed_task_is_gone_at_once_while_the_words_of_others_are_learned(tmp_path: Path) -> None:
@@ -146,8 +136,7 @@ async def test_a_removed_task_is_gone_at_once_while_the_words_of_others_are_lear
     first, second = (
         more.replace("number: 1", f"number: {n}").replace("green", c) for n, c in ((2, "pink"), (3, "red"))
     )
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         learned: list[Callable[[], None]] = []
 
         async def numbers() -> list[int]:
@@ -166,14 +155,12 @@ async def test_a_removed_task_is_gone_at_once_while_the_words_of_others_are_lear
         assert await numbers() == [task.number for task in bench.body.wiring.tasks.tasks]
         learned.pop(0)()
         assert await numbers() == [3]
-        await talk.hang_up()
 
 
 async def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: Path) -> None:
     tulip = {"number": 11, "name": "water the red tulip", "place": {"x_m": 1.2, "y_m": 0.5}}
     tulip |= {"actions": ["go to place", {"water": 5}], "after": [1], "every": "6 h"}
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         bench.body.retask = lambda _tasks, then: then()
         kept = bench.body.wiring.settings.task_changes_path
         for wrong, why in (
@@ -204,18 +191,15 @@ async def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_
         for asked in (talk.ask("reload"), talk.ask("task", do="remove", number=11)):
             assert f"{kept}:1: not valid YAML" in (await asked)["error"]["text"], "a start would set it aside"
         assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [11]
-        await talk.hang_up()
 
 
 async def test_a_change_that_cannot_be_kept_has_failed(tmp_path: Path) -> None:
     """Its code was that of a robot that is still starting, so a program would have tried it again and again."""
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (_, talk):
         with capture_logs(), no_new_bytes():
             task = {"number": 2, "name": "water the pink rose", "actions": ["dock"]}
             error = (await talk.ask("task", do="add", task=task))["error"]
         assert (error["code"], "rob.tasks.yaml: cannot be written" in error["text"]) == ("failed", True)
-        await talk.hang_up()
 
 
 async def test_who_has_no_settings_to_read_again_says_so(tmp_path: Path) -> None:
@@ -228,14 +212,12 @@ async def test_who_has_no_settings_to_read_again_says_so(tmp_path: Path) -> None
 def test_a_word_that_would_be_taken_for_another_is_refused_with_a_proposal(tmp_path: Path) -> None:
     async def scene() -> None:
         board = ONE_TASK.replace("green", "lamp")
-        async with control(tmp_path, board=board, compares_words=True) as bench:
-            talk = await bench.connect()
+        async with talking(tmp_path, board=board, compares_words=True) as (bench, talk):
             land = {"number": 2, "name": "water the land rose", "actions": ["dock"]}
             error = (await talk.ask("task", do="add", task=land))["error"]
             assert error["code"] == "bad_settings"
             assert "instead of 'lamp' say for example 'lantern'" in error["text"]
             assert not bench.body.wiring.settings.task_changes_path.exists()
-            await talk.hang_up()
 
     asyncio.run(scene())  # a comparison in which much is wrong takes its time
 
@@ -245,8 +227,7 @@ async def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path)
     anna = Person("Anna", {"stop": [take]})
     state = tmp_path / "state"
     write_person(person_path(state, "Anna"), anna)
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
         joined: list[Sequence[str]] = []
         bench.body.join = joined.append
@@ -279,7 +260,6 @@ async def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path)
         assert change["now"] == ["Ben"]
         assert list(bench.body.wiring.people) == ["ben"], "whom the second look listens for"
         assert joined == [[], [], ["Ben"], []]
-        await talk.hang_up()
 
 
 async def test_a_file_that_says_other_things_waits_for_a_restart(tmp_path: Path) -> None:
@@ -294,8 +274,7 @@ async def test_a_file_that_says_other_things_waits_for_a_restart(tmp_path: Path)
     for name in wire_up(settings).phrasebook().marked_graph.words:
         write_wav(folder / f"{name}.wav", 0.5 * word)
     given = {"lexicon": str(lexicon), "security.key": str(key), "voice_folder": str(folder)}
-    async with control(tmp_path, **given) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path, **given) as (_, talk):
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
         lexicon.write_text("# of ours\nzorg Z AO1 R JH\n")
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["lexicon"]}
@@ -303,28 +282,23 @@ async def test_a_file_that_says_other_things_waits_for_a_restart(tmp_path: Path)
         write_key_file(key, keys.with_revoked("Bot"), replaces=True)
         restart = ["lexicon", "voice_folder", "security.key"]
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": restart}
-        await talk.hang_up()
 
 
 async def test_who_counts_stays_the_same_while_the_settings_for_it_wait_for_a_restart(tmp_path: Path) -> None:
     anna = Person("Anna", {"stop": [np.ones((20, 24), np.float32)]})
     write_person(person_path(tmp_path / "state", "Anna"), anna)
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         bench.file.write_text("mode: volunteer\nvoices: robots\n")
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["voices"]}
         assert list(bench.body.wiring.people) == ["anna"]
         bench.file.write_text("mode: volunteer\n")
         assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
-        await talk.hang_up()
 
 
 async def test_whom_the_settings_name_is_a_robot_until_a_restart(tmp_path: Path) -> None:
     anna = Person("Anna", {"stop": [np.ones((20, 24), np.float32)]})
-    async with control(tmp_path, names=["Rob", "Anna"]) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path, names=["Rob", "Anna"]) as (_, talk):
         write_person(person_path(tmp_path / "state", "Anna"), anna)
         result = (await talk.ask("reload"))["result"]
         assert result["restart"] == ["people"]
         assert [change["now"] for change in result["changed"]] == [["Anna"]]
-        await talk.hang_up()

@@ -21,7 +21,7 @@ from hvcpd.daemon.sound_service import SoundService
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
-from tests.daemon.control_bench import control
+from tests.daemon.control_bench import control, talking
 from tests.daemon.test_sound_service import Clock, Streams
 
 ORDER = tuple("hi rob i am bot water the green rose".split())
@@ -101,12 +101,10 @@ async def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
         assert [(task["number"], task["name"], task["state"]) for task in board] == [
             (1, "water the green rose", "open")
         ]
-        await talk.hang_up()
 
 
 async def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         for do, refusal in (("skip", "task 1 is left out already"), ("again", "task 1 is still to be done")):
             reply = await talk.ask("task", do=do, number=1)
             assert reply["result"] == {"number": 1, "name": "water the green rose", "do": do}
@@ -117,12 +115,10 @@ async def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_p
         await bench.live(blocks=300)
         said = [await talk.line(), await talk.line()]
         assert "Hi all, I am Rob, task one again, change two" in [line["text"] for line in said if line]
-        await talk.hang_up()
 
 
 async def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         await talk.ask("subscribe", events=["said"])
         asked = await talk.ask("say", text="hi bot, i am rob, what are you doing")
         assert asked["result"] == {"text": "Hi Bot, I am Rob, what are you doing"}
@@ -145,7 +141,6 @@ async def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path:
             assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
         assert "wait to be said" in (await talk.ask("say", text="what is left"))["error"]["text"]
         assert (await talk.ask("say", text="stop"))["ok"]
-        await talk.hang_up()
 
 
 async def test_events_come_to_who_wants_them_and_readings_only_by_name(tmp_path: Path) -> None:
@@ -164,8 +159,6 @@ async def test_events_come_to_who_wants_them_and_readings_only_by_name(tmp_path:
         assert bad["error"]["text"] == "events: there is no 'herd'; did you mean 'heard'?"
         assert (await nothing.ask("subscribe", events=[[]]))["error"]["code"] == "bad_argument"
         assert (await nothing.ask("status"))["ok"], "nothing else came before it"
-        for talk in (everything, levels, nothing):
-            await talk.hang_up()
 
 
 async def test_the_transcript_comes_in_pages(tmp_path: Path) -> None:
@@ -180,18 +173,15 @@ async def test_the_transcript_comes_in_pages(tmp_path: Path) -> None:
         assert (await talk.ask("transcript", since_s=2.0**52))["result"]["rows"] == []
         assert (await talk.ask("transcript", limit=0))["error"]["code"] == "bad_argument"
         assert (await talk.ask("transcript", after=-1))["error"]["code"] == "bad_argument"
-        await talk.hang_up()
 
 
 async def test_whoever_asks_what_it_does_learns_that_another_robot_has_its_name(tmp_path: Path) -> None:
     """It "is free", and did nothing."""
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         for expected in (False, True):
             await bench.live(heard(tuple("hi bot i am rob what is left".split())), blocks=2)
             status = (await talk.ask("status"))["result"]
             assert ("another robot uses its name, so it takes on nothing" in shown(status)) is expected
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize(
@@ -211,8 +201,7 @@ def test_what_is_said_of_a_memory_is_true_and_said_once(memory: dict[str, str], 
 
 
 async def test_a_memory_that_fails_is_told_as_an_event_and_in_the_status(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         await talk.ask("subscribe", events=["memory"])
         assert (await talk.ask("status"))["result"]["memory"]["fault"] is None
         bench.body.wiring.settings.memory_path.unlink()
@@ -226,27 +215,22 @@ async def test_a_memory_that_fails_is_told_as_an_event_and_in_the_status(tmp_pat
         assert "is gone" in event["fault"]
         assert (await talk.ask("status"))["result"]["memory"]["fault"] == event["fault"]
         assert (await talk.ask("stop"))["result"]["kept"] is True, "the latch is another file"
-        await talk.hang_up()
 
 
 async def test_who_asked_for_what_is_in_the_log(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (_, talk):
         with capture_logs() as logs:
             await talk.ask("stop")
             await talk.ask("status")
         (line,) = [line for line in logs if line["event"] == "asked to"]
         assert (line["command"], line["uid"], line["pid"]) == ("stop", os.getuid(), os.getpid())
-        await talk.hang_up()
 
 
 async def test_a_code_that_the_robot_is_to_say_is_not_in_the_log(tmp_path: Path) -> None:
     """Whoever could read the log could use it before the robot had said it, or at any time, where it was refused."""
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (_, talk):
         with capture_logs() as logs:
             await talk.ask("say", text="Hi Bot, I am Rob, water the green rose, code one two three four five six")
         (line,) = [line for line in logs if line["event"] == "asked to"]
         assert line["command"] == "say"
         assert "three four" not in str(logs)
-        await talk.hang_up()

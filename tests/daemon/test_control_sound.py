@@ -10,13 +10,12 @@ import pytest
 
 from hvcpd.daemon.control_events import PERIOD_S, SoundTap
 from hvcpd.ports import SAMPLE_RATE_HZ
-from tests.daemon.control_bench import control
+from tests.daemon.control_bench import talking
 from tests.robot.test_hold import BLOCK
 
 
 async def test_who_asks_gets_every_sample_in_order(tmp_path: Path) -> None:
-    async with control(tmp_path, control={"sound": True}) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path, control={"sound": True}) as (bench, talk):
         await bench.live(blocks=3)
         begin_s = bench.bench.robot.now
         assert (await talk.ask("subscribe", events=["sound"]))["ok"]
@@ -27,7 +26,6 @@ async def test_who_asks_gets_every_sample_in_order(tmp_path: Path) -> None:
         pcm = [np.frombuffer(base64.b64decode(event["pcm"]), "<i2") for event in (first, second)]
         assert second["at_s"] == pytest.approx(begin_s + len(pcm[0]) / SAMPLE_RATE_HZ)
         assert np.concatenate(pcm) / 32767 == pytest.approx(np.full(n_blocks * BLOCK, 0.1), abs=1e-4)
-        await talk.hang_up()
 
 
 def test_sound_from_before_the_card_was_gone_is_not_told_as_of_later() -> None:
@@ -42,11 +40,9 @@ def test_sound_from_before_the_card_was_gone_is_not_told_as_of_later() -> None:
 
 
 async def test_a_robot_keeps_what_it_hears_to_itself_unless_its_settings_say_otherwise(tmp_path: Path) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         refused = await talk.ask("subscribe", events=["heard", "sound"])
         assert "control: {sound: true}" in refused["error"]["text"]
         assert "sound" not in (await talk.ask("subscribe"))["result"]["events"]
         await bench.live(blocks=round(SAMPLE_RATE_HZ / BLOCK))
         assert (await talk.ask("status"))["ok"]
-        await talk.hang_up()

@@ -27,7 +27,7 @@ from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Urgent
 from hvcpd.robot.records import SaidRecord
-from tests.daemon.control_bench import ControlBench, control
+from tests.daemon.control_bench import ControlBench, control, talking
 from tests.daemon.test_control_service import shown
 
 
@@ -70,7 +70,6 @@ async def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp
         assert (await talk.ask("resume"))["result"] == told | {"before": True}
         assert not starts_stopped(bench), "it is kept when it is answered"
         assert (await talk.ask("resume"))["result"] == told | {"before": False}
-        await talk.hang_up()
 
 
 async def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_reply_says_so(tmp_path: Path) -> None:
@@ -88,7 +87,6 @@ async def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_repl
         said = await spoken(bench)
         assert said
         assert not any("resume" in text for text in said)
-        await talk.hang_up()
 
 
 async def test_the_reply_to_a_stop_that_was_undone_meanwhile_says_so(tmp_path: Path) -> None:
@@ -100,7 +98,6 @@ async def test_the_reply_to_a_stop_that_was_undone_meanwhile_says_so(tmp_path: P
         robot.coordination.resume(robot.now)
         result = (await stopping)["result"]
         assert (result["before"], result["stopped"]) == (False, False)
-        await talk.hang_up()
 
 
 async def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_why(tmp_path: Path) -> None:
@@ -127,7 +124,6 @@ async def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status
         assert not (await talk.ask("status"))["result"]["button_pressed"]
         assert (await talk.ask("resume"))["result"]["before"] is True
         bench.body.button.close()
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize("leaves_first", [False, True])
@@ -156,14 +152,11 @@ async def test_who_is_stopped_is_shown_as_that_while_it_leaves(leaves_first: boo
         drive = base.drive(robot, STANDSTILL)
         assert drive is not None
         assert drive.stopped
-        for each in (talk, events):
-            await each.hang_up()
 
 
 async def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of(tmp_path: Path) -> None:
     """It was "heard, 0 % sure, 0 dB over the noise", and lowered the mean confidence."""
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         await talk.ask("subscribe", events=["heard"])
         await bench.live(Urgent(0, 8000), blocks=2)
         event = await talk.line()
@@ -177,12 +170,10 @@ async def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_s
         assert (row["text"], row["confidence"]) == ("Stop", None)
         counts = (await talk.ask("status"))["result"]["counts"]
         assert (counts["heard"], counts["confidence_sum"]) == (0, 0.0)
-        await talk.hang_up()
 
 
 async def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> None:
-    async with control(tmp_path, with_robot=False) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path, with_robot=False) as (bench, talk):
         bench.body.preparation.text = "preparing words: Bot's words, 3 of 97"
         status = (await talk.ask("status"))["result"]
         assert status["state"] == "starting"
@@ -195,7 +186,6 @@ async def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path)
         assert (await talk.ask("stop"))["result"]["before"] is True
         bench.begin()
         assert (await talk.ask("status"))["result"]["stopped"] is True
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize(("asked", "stops"), [({"command": "stop"}, True), ({"command": "say", "text": "stop"}, False)])
@@ -210,7 +200,6 @@ async def test_of_what_was_asked_of_a_frozen_daemon_a_stop_alone_still_counts(
         talk = await bench.connect()
         await talk.ask("status")  # it came later
         assert (bench.bench.robot.coordination.state is State.STOPPED) is stops
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize(
@@ -219,8 +208,7 @@ async def test_of_what_was_asked_of_a_frozen_daemon_a_stop_alone_still_counts(
 async def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
     text: str, is_meant: bool, tmp_path: Path
 ) -> None:
-    async with control(tmp_path) as bench:
-        talk = await bench.connect()
+    async with talking(tmp_path) as (bench, talk):
         await talk.ask("subscribe", events=["said"])
         await talk.ask("say", text=text)
         assert (bench.bench.robot.coordination.state is State.STOPPED) is is_meant
@@ -230,7 +218,6 @@ async def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
         said = await talk.line()
         assert said is not None
         assert said["text"] == text.capitalize()
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize("is_deaf", [False, True])
@@ -247,7 +234,6 @@ async def test_a_stop_for_others_that_the_robot_cannot_say_now_is_told_as_such(i
         assert robot.coordination.state is State.STOPPED
         robot.is_silent = False
         assert "Stop" in await spoken(bench), "it can, soon after"
-        await talk.hang_up()
 
 
 @pytest.mark.parametrize(

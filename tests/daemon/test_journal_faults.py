@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import re
-import sqlite3
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,6 @@ from pathlib import Path
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import CHECK_S, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -21,20 +19,14 @@ from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.memory.store_file import MAX_SET_ASIDE
 from hvcpd.robot.records import GarbledRecord
+from tests.daemon.journals import opened, taken
 from tests.full_disk import no_new_bytes
-
-
-@pytest.fixture
-def wiring(tmp_path: Path) -> Wiring:
-    return wire_up(Settings(name="Rob", state_dir=tmp_path / "state"))
 
 
 async def starts_stopped(wiring: Wiring) -> None:
     """The next start of the same robot, which is stopped."""
-    again = JournalService(wiring)
-    await again.open()
-    assert again.stopped
-    await again.close()
+    async with opened(wiring) as (again, _):
+        assert again.stopped
 
 
 async def test_a_memory_that_cannot_be_opened(wiring: Wiring) -> None:
@@ -52,36 +44,29 @@ def permit(wiring: Wiring) -> Permit | None:
 
 
 async def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring: Wiring) -> None:
-    journal = JournalService(wiring)
-    await journal.open()
-    assert permit(wiring) is Permit.FREE
-    other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
-    other.execute("BEGIN EXCLUSIVE")
-    journal.write((SaveTask(1, "claimed", "Rob"), SaveTask(2, "done", "Bot")), 1.0)
-    await journal.settled()
-    assert journal.fault is not None
-    assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
-    assert "the next start will be stopped" in (await journal.stop_kept() or ""), "so is who says resume told"
-    journal.write((SaveTask(1, "done", "Rob"),), 1.5)
-    await journal.settled()
-    other.execute("ROLLBACK")
-    other.close()
-    journal.write((), 10.0)
-    await journal.settled()
-    assert (journal.fault, journal.lost) == (None, 0)
-    assert permit(wiring) is Permit.FREE
-    await journal.close()
-    again = JournalService(wiring)
-    assert (await again.open()).tasks == {1: ("done", "Rob"), 2: ("done", "Bot")}
-    assert again.stopped is False
-    await again.close()
+    async with opened(wiring) as (journal, _):
+        assert permit(wiring) is Permit.FREE
+        with taken(wiring):
+            journal.write((SaveTask(1, "claimed", "Rob"), SaveTask(2, "done", "Bot")), 1.0)
+            await journal.settled()
+            assert journal.fault is not None
+            assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
+            assert "the next start will be stopped" in (await journal.stop_kept() or ""), "so is who says resume told"
+            journal.write((SaveTask(1, "done", "Rob"),), 1.5)
+            await journal.settled()
+        journal.write((), 10.0)
+        await journal.settled()
+        assert (journal.fault, journal.lost) == (None, 0)
+        assert permit(wiring) is Permit.FREE
+    async with opened(wiring) as (again, memory):
+        assert memory.tasks == {1: ("done", "Rob"), 2: ("done", "Bot")}
+        assert again.stopped is False
 
 
 async def test_a_disk_that_works_again_is_noticed_by_a_robot_that_has_nothing_to_write(wiring: Wiring) -> None:
     """After a start on a full disk it said that nothing is kept, though there was room again, until somebody spoke."""
-    journal = JournalService(wiring)
-    await journal.open()
-    await journal.close()
+    async with opened(wiring):
+        pass
     with no_new_bytes(), capture_logs():
         await (journal := JournalService(wiring)).open()
     assert journal.fault is not None
@@ -104,13 +89,10 @@ async def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_d
     journal.stop(False)
     assert await journal.stop_kept() is None
     assert permit(wiring) is Permit.FREE
-    other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
-    other.execute("BEGIN EXCLUSIVE")
-    journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
-    assert await journal.stop_kept() is None
-    assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
-    other.execute("ROLLBACK")
-    other.close()
+    with taken(wiring):
+        journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
+        assert await journal.stop_kept() is None
+        assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
     await journal.close()
     await starts_stopped(wiring)
 
@@ -125,13 +107,11 @@ async def test_resume_and_stop_in_one_breath_leave_the_latch_stopped_all_the_whi
     sys.addaudithook(note)
     noting = True
     try:
-        journal = JournalService(wiring)
-        await journal.open()
-        journal.stop()
-        assert await journal.stop_kept() is None
-        journal.write((SaveStopped(False), SaveStopped(True)), 1.0)
-        await journal.settled()
-        await journal.close()
+        async with opened(wiring) as (journal, _):
+            journal.stop()
+            assert await journal.stop_kept() is None
+            journal.write((SaveStopped(False), SaveStopped(True)), 1.0)
+            await journal.settled()
     finally:
         noting = False
     assert written
@@ -171,10 +151,8 @@ async def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_
 async def test_a_robot_that_was_stopped_says_at_its_start_why_it_does_nothing(wiring: Wiring) -> None:
     with capture_logs() as logs:
         for _ in range(2):
-            journal = JournalService(wiring)
-            await journal.open()
-            journal.stop()
-            await journal.close()
+            async with opened(wiring) as (journal, _):
+                journal.stop()
     (told,) = logs
     assert (told["log_level"], told["event"]) == ("warning", "starts stopped")
     assert "hvcpctl resume" in told["remedy"]
@@ -188,17 +166,13 @@ async def test_changes_of_tasks_that_cannot_be_read_are_set_aside_and_the_robot_
     settings = replace(wiring.settings, unable=(11,))  # which only that file had
     damaged = wire_up(settings)
     assert damaged.tasks == wiring.tasks
-    journal = JournalService(damaged)
-    await journal.open()
-    assert journal.stopped
-    assert journal.loss == f"{file} cannot be read, and is set aside"
-    journal.stop(False)
-    await journal.close()
+    async with opened(damaged) as (journal, _):
+        assert journal.stopped
+        assert journal.loss == f"{file} cannot be read, and is set aside"
+        journal.stop(False)
     assert file.with_name("rob.tasks.yaml.corrupt-1").read_text() == "removed: ["
-    again = JournalService(wire_up(wiring.settings))
-    await again.open()
-    assert not again.stopped, "it was told to resume"
-    await again.close()
+    async with opened(wire_up(wiring.settings)) as (again, _):
+        assert not again.stopped, "it was told to resume"
 
 
 async def test_changes_of_tasks_that_cannot_be_set_aside_end_nothing(wiring: Wiring) -> None:
@@ -207,11 +181,9 @@ async def test_changes_of_tasks_that_cannot_be_set_aside_end_nothing(wiring: Wir
     for number in range(1, MAX_SET_ASIDE + 1):
         file.with_name(f"{file.name}.corrupt-{number}").touch()
     damaged = wire_up(wiring.settings)
-    journal = JournalService(damaged)
-    await journal.open()
-    assert "this is a directory" in (journal.loss or "")
-    assert "damaged files lie beside it" in (journal.loss or "")
-    await journal.close()
+    async with opened(damaged) as (journal, _):
+        assert "this is a directory" in (journal.loss or "")
+        assert "damaged files lie beside it" in (journal.loss or "")
     await starts_stopped(damaged)
 
 
@@ -231,12 +203,10 @@ async def test_a_start_on_a_full_disk_tells_that_nothing_can_be_saved_and_not_th
 
 
 async def test_a_file_that_was_cut_is_noticed_though_nothing_is_written(wiring: Wiring) -> None:
-    journal = JournalService(wiring)
-    await journal.open()
-    os.truncate(wiring.settings.memory_path, 0)
-    journal.write((), CHECK_S)
-    await journal.settled()
-    assert journal.fault is not None
-    assert "cut short" in journal.fault
-    await journal.close()
+    async with opened(wiring) as (journal, _):
+        os.truncate(wiring.settings.memory_path, 0)
+        journal.write((), CHECK_S)
+        await journal.settled()
+        assert journal.fault is not None
+        assert "cut short" in journal.fault
     await starts_stopped(wiring)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 import json
 import os
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import get_args
 
 import pytest
 import structlog
@@ -23,82 +23,66 @@ from hvcpd.daemon.logging import (
     log_held_back,
     set_up_logging,
 )
+from tests.daemon.hand_clock import Clock
 
 FORGED = 'x\nlevel=info event=stopped \x1b[2J\r\u2028\u202e"quoted" a=b\\'
 
 
-@pytest.fixture(autouse=True)
-def _defaults_afterwards() -> Iterator[None]:
-    yield
-    structlog.reset_defaults()
+pytestmark = pytest.mark.usefixtures("own_log")
 
 
-class Clock:
-    now_s = 0.0
-
-    def __call__(self) -> float:
-        return self.now_s
+def written(form: LogFormat, event: str, method: str = "info", **values: object) -> str:
+    """What a log of that form has of one event."""
+    out = io.StringIO()
+    set_up_logging("info", out, {}, form)
+    getattr(structlog.get_logger(), method)(event, **values)
+    return out.getvalue()
 
 
 @pytest.mark.parametrize("form", ["keyvalue", "json", "console"])
 def test_no_value_makes_a_line_of_its_own(form: LogFormat) -> None:
-    out = io.StringIO()
-    set_up_logging("info", out, {}, form)
-    structlog.get_logger().info("sound failed", reason=FORGED)
-    (line,) = out.getvalue().splitlines()
+    (line,) = written(form, "sound failed", reason=FORGED).splitlines()
     assert "\x1b" not in line
     assert "\u202e" not in line
 
 
 @given(st.text(max_size=60))
 def test_any_text_is_one_line_of_each_form(text: str) -> None:
-    for form in ("keyvalue", "json", "console"):
-        out = io.StringIO()
-        set_up_logging("info", out, {}, form)  # type: ignore[arg-type]
-        structlog.get_logger().info("heard", text=text)
-        assert len(out.getvalue().splitlines()) == 1
+    for form in get_args(LogFormat):
+        line = written(form, "heard", text=text)
+        assert len(line.splitlines()) == 1
         if form == "json":
-            assert json.loads(out.getvalue())["event"] == "heard"
+            assert json.loads(line)["event"] == "heard"
 
 
 def test_json_is_strict() -> None:
-    out = io.StringIO()
-    set_up_logging("info", out, {}, "json")
-    structlog.get_logger().warning("odd", level_db=float("-inf"), path=Path("/x"), nothing=None)
-    line = json.loads(out.getvalue())
+    line = json.loads(written("json", "odd", "warning", level_db=float("-inf"), path=Path("/x"), nothing=None))
     assert (line["level"], line["level_db"], line["path"], line["nothing"]) == ("warning", None, "/x", None)
 
 
 def test_a_traceback_is_one_line_and_shows_no_variables() -> None:
     password = "opensesame"
     for form, lines in (("keyvalue", 1), ("json", 1), ("console", 4)):
-        out = io.StringIO()
-        set_up_logging("info", out, {}, form)  # type: ignore[arg-type]
         try:
             raise RuntimeError("broken\x1b[2J")
         except RuntimeError:
-            structlog.get_logger().exception("crashed")
-        assert len(out.getvalue().splitlines()) >= lines
-        assert (len(out.getvalue().splitlines()) == 1) == (lines == 1)
-        assert "RuntimeError: broken" in out.getvalue()
-        assert "\x1b[2J" not in out.getvalue()
-        assert password not in out.getvalue()
+            text = written(form, "crashed", "exception")  # type: ignore[arg-type]
+        assert len(text.splitlines()) >= lines
+        assert (len(text.splitlines()) == 1) == (lines == 1)
+        assert "RuntimeError: broken" in text
+        assert "\x1b[2J" not in text
+        assert password not in text
 
 
 def test_an_endless_value_is_cut() -> None:
-    out = io.StringIO()
-    set_up_logging("info", out, {}, "keyvalue")
-    structlog.get_logger().info("failed", reason="x" * 10**6)
-    assert MAX_VALUE_LENGTH < len(out.getvalue()) < MAX_VALUE_LENGTH + 200
+    assert MAX_VALUE_LENGTH < len(written("keyvalue", "failed", reason="x" * 10**6)) < MAX_VALUE_LENGTH + 200
 
 
 def test_secrets_are_not_written() -> None:
-    out = io.StringIO()
-    set_up_logging("info", out, {}, "keyvalue")
-    structlog.get_logger().info("sealed", key="ab12", Password="cd34", name="Rob")
-    assert "ab12" not in out.getvalue()
-    assert "cd34" not in out.getvalue()
-    assert "name=Rob" in out.getvalue()
+    line = written("keyvalue", "sealed", key="ab12", Password="cd34", name="Rob")
+    assert "ab12" not in line
+    assert "cd34" not in line
+    assert "name=Rob" in line
 
 
 def test_what_repeats_is_held_back_and_counted() -> None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import io
 import math
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import structlog
 
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
@@ -30,15 +28,12 @@ RECORDS: tuple[Record, ...] = (
 )
 
 
+pytestmark = pytest.mark.usefixtures("own_log")
+
+
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
-
-
-@pytest.fixture(autouse=True)
-def _defaults_afterwards() -> Iterator[None]:
-    yield
-    structlog.reset_defaults()
 
 
 def written(out: io.StringIO, environment: dict[str, str], level: str = "info") -> list[str]:
@@ -98,14 +93,3 @@ def test_a_terminal_gets_a_readable_line() -> None:
     assert len(lines) == 5
     assert "Hi all, I am Bot" in lines[0]
     assert not lines[0].startswith("<")
-
-
-def test_an_exception_is_one_line_of_logfmt() -> None:
-    out = io.StringIO()
-    set_up_logging("info", out, {})
-    try:
-        raise RuntimeError("broken")
-    except RuntimeError:
-        structlog.get_logger().exception("crashed")
-    assert len(out.getvalue().splitlines()) == 1
-    assert "RuntimeError: broken" in out.getvalue()

@@ -20,6 +20,7 @@ from hvcpd.daemon.sound_service import TOO_BUSY
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import DeviceError
 from hvcpd.ports import Samples
+from tests.daemon.hand_clock import Clock
 from tests.daemon.test_main_loop import settings_of
 from tests.daemon.virtual import devices_of, shared_room
 
@@ -51,13 +52,6 @@ def listener(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Listene
     listener = Listener(str(tmp_path / "notify") if request.param == "path" else f"@hvcpd-test-{os.getpid()}")
     yield listener
     listener.close()
-
-
-class Clock:
-    now_s = 100.0
-
-    def __call__(self) -> float:
-        return self.now_s
 
 
 def test_each_message_is_one_datagram(listener: Listener) -> None:

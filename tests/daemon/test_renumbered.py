@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import os
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from hvcpd.assembly.plan import MemoryPlan
-from hvcpd.config.settings import Settings
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SaveTask
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.wiring import Wiring, wire_up
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.memory.store import Store
 from hvcpd.robot.records import Record
-
-
-@pytest.fixture
-def wiring(tmp_path: Path) -> Wiring:
-    return wire_up(Settings(name="Rob", state_dir=tmp_path / "state"))
+from tests.daemon.journals import kill
 
 
 def edited(wiring: Wiring, moved: Mapping[int, int], **renamed: str) -> Wiring:
@@ -41,10 +34,7 @@ def live(wiring: Wiring, *records: Record, killed: bool = False) -> MemoryPlan:
         plan = await journal.open()
         journal.write(records, 1.0)
         if killed:
-            await journal._thread.settled()
-            lock, journal._lock = journal._lock, None
-            assert lock is not None
-            os.close(lock)  # as the kernel would
+            await kill(journal)
         else:
             await journal.close()
         return plan

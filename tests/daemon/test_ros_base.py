@@ -22,22 +22,13 @@ from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.ros_base import FRESH_S, LASTING_S, NEVER, BaseReport, RosBase
 from hvcpd.ports import STANDSTILL, Pose, WheelReading
 from tests.daemon.control_bench import ControlBench, Talk
+from tests.daemon.hand_clock import Clock
 
 ODOMETRY = {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "linear_m_s": 0.0, "angular_rad_s": 0.0}
 
 
-class Hand:
-    """A clock that is moved by hand."""
-
-    def __init__(self) -> None:
-        self.now_s = 100.0
-
-    def __call__(self) -> float:
-        return self.now_s
-
-
 def test_what_is_fresh_is_a_reading_and_what_is_old_is_a_fault() -> None:
-    clock = Hand()
+    clock = Clock()
     base = RosBase(clock=clock)
     base.open()
     with pytest.raises(DeviceError, match="hvcpctl ros"):
@@ -53,7 +44,7 @@ def test_what_is_fresh_is_a_reading_and_what_is_old_is_a_fault() -> None:
 
 
 def test_the_bridge_tells_why_and_is_believed_for_a_while() -> None:
-    clock = Hand()
+    clock = Clock()
     base = RosBase(clock=clock)
     base.tell(BaseReport(Pose(0.0, 0.0), Twist()))
     base.tell_fault("no master at port 11311")
@@ -69,7 +60,7 @@ def test_the_settings_make_such_a_base_without_a_port() -> None:
 
 @asynccontextmanager
 async def ros_bench(
-    directory: Path, clock: Hand, navigator: GoalNavigator | None = None
+    directory: Path, clock: Clock, navigator: GoalNavigator | None = None
 ) -> AsyncIterator[tuple[ControlBench, Talk]]:
     """A daemon whose base ROS has, and a bridge that follows `drive`."""
     bench = ControlBench(directory, **{"wheels.driver": "ros"})
@@ -99,7 +90,7 @@ async def until(talk: Talk, **fields: object) -> dict[str, Any]:
 
 
 async def test_without_a_base_nothing_that_drives_is_claimed_and_with_it_the_robot_drives(tmp_path: Path) -> None:
-    clock = Hand()
+    clock = Clock()
     async with ros_bench(tmp_path, clock) as (bench, talk):
         robot = bench.bench.robot
         await bench.live(blocks=1200)
@@ -117,7 +108,7 @@ async def test_without_a_base_nothing_that_drives_is_claimed_and_with_it_the_rob
 
 async def test_why_there_is_no_base_is_told_once(tmp_path: Path) -> None:
     with capture_logs() as logs:
-        async with ros_bench(tmp_path, Hand()) as (bench, _):
+        async with ros_bench(tmp_path, Clock()) as (bench, _):
             await bench.live(blocks=200)
     told = {line["event"]: line.get("reason") for line in logs}
     assert told["no base"] is None
@@ -135,7 +126,7 @@ async def drive_off(bench: ControlBench, talk: Talk) -> None:
 async def test_when_the_odometry_stops_the_base_is_told_to_stand_and_the_task_is_free_again_later(
     tmp_path: Path,
 ) -> None:
-    clock = Hand()
+    clock = Clock()
     async with ros_bench(tmp_path, clock) as (bench, talk):
         await drive_off(bench, talk)
         clock.now_s += FRESH_S + 0.01
@@ -154,7 +145,7 @@ async def test_when_the_odometry_stops_the_base_is_told_to_stand_and_the_task_is
 
 
 async def test_a_goal_is_told_while_there_is_a_base_and_its_end_is_taken(tmp_path: Path) -> None:
-    clock, navigator = Hand(), GoalNavigator()
+    clock, navigator = Clock(), GoalNavigator()
     navigator.start(GoTo(1.0, 2.0), Pose(0.0, 0.0))
     async with ros_bench(tmp_path, clock, navigator) as (bench, talk):
         reading = WheelReading(0.0, 0.0)
@@ -171,7 +162,7 @@ async def test_a_goal_is_told_while_there_is_a_base_and_its_end_is_taken(tmp_pat
 
 
 async def test_stop_is_told_until_resume(tmp_path: Path) -> None:
-    async with ros_bench(tmp_path, Hand()) as (bench, talk):
+    async with ros_bench(tmp_path, Clock()) as (bench, talk):
         await drive_off(bench, talk)
         robot = bench.bench.robot
         await talk.ask("stop")
@@ -193,7 +184,7 @@ async def test_stop_is_told_until_resume(tmp_path: Path) -> None:
     ],
 )
 async def test_what_is_no_odometry_is_refused(tmp_path: Path, arguments: dict[str, object], code: str) -> None:
-    async with ros_bench(tmp_path, Hand()) as (_, talk):
+    async with ros_bench(tmp_path, Clock()) as (_, talk):
         reply = await talk.ask("base", **arguments)
         assert reply["error"]["code"] == code
 
@@ -216,7 +207,7 @@ async def test_who_has_wheels_of_its_own_takes_no_odometry(tmp_path: Path) -> No
 
 
 async def test_a_reload_keeps_in_mind_that_there_is_no_base(tmp_path: Path) -> None:
-    async with ros_bench(tmp_path, Hand()) as (bench, talk):
+    async with ros_bench(tmp_path, Clock()) as (bench, talk):
         await bench.live()
         (bench.file).write_text("mode: volunteer\npick: random\n")
         reply = await talk.ask("reload")

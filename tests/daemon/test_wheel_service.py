@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.wheel_service import LOST_S, WheelService
+from hvcpd.daemon.wheel_service import LEASE_S, LOST_S, WheelService
 from hvcpd.errors import DeviceError
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
@@ -46,6 +48,15 @@ class GatedWheels:
         self.closed = True
 
 
+@asynccontextmanager
+async def served(lease_s: float = LEASE_S) -> AsyncIterator[tuple[WheelService, GatedWheels]]:
+    wheels = GatedWheels()
+    service = WheelService(wheels, lease_s)
+    await service.open()
+    yield service, wheels
+    await service.close()
+
+
 async def blocks(service: WheelService, command: WheelCommand, first: int, count: int) -> None:
     for block in range(first, first + count):
         service.serve(command, block * BLOCK_S)
@@ -53,101 +64,78 @@ async def blocks(service: WheelService, command: WheelCommand, first: int, count
 
 
 async def test_standing_wheels_are_served_every_100_ms_and_moving_ones_every_50_ms() -> None:
-    wheels = GatedWheels()
-    service = WheelService(wheels)
-    await service.open()
-    await blocks(service, STANDSTILL, 0, 40)
-    assert len(wheels.commands) == 10
-    await blocks(service, FORWARD, 40, 40)
-    assert wheels.commands.count(FORWARD) == 20
-    await service.close()
+    async with served() as (service, wheels):
+        await blocks(service, STANDSTILL, 0, 40)
+        assert len(wheels.commands) == 10
+        await blocks(service, FORWARD, 40, 40)
+        assert wheels.commands.count(FORWARD) == 20
     assert wheels.closed
     assert len(wheels.threads) == 1, "one worker thread for all"
     assert threading.get_ident() not in wheels.threads
 
 
 async def test_a_halt_goes_out_with_its_own_block() -> None:
-    wheels = GatedWheels()
-    service = WheelService(wheels)
-    await service.open()
-    await blocks(service, FORWARD, 1, 3)  # served at 1 and 3
-    assert wheels.commands[-1] == FORWARD
-    await blocks(service, STANDSTILL, 4, 1)
-    assert wheels.commands[-1] == STANDSTILL
-    await service.close()
+    async with served() as (service, wheels):
+        await blocks(service, FORWARD, 1, 3)  # served at 1 and 3
+        assert wheels.commands[-1] == FORWARD
+        await blocks(service, STANDSTILL, 4, 1)
+        assert wheels.commands[-1] == STANDSTILL
 
 
 async def test_a_halt_during_an_exchange_follows_it_at_once() -> None:
-    wheels = GatedWheels()
-    service = WheelService(wheels)
-    await service.open()
-    wheels.gate.clear()
-    service.serve(FORWARD, 0.0)
-    assert await asyncio.to_thread(wheels.entered.wait, 10.0)
-    service.serve(STANDSTILL, 0.001)  # must not block, although the bus is busy
-    wheels.gate.set()
-    await service.settled()
-    assert wheels.commands == [FORWARD, STANDSTILL]
-    await service.close()
+    async with served() as (service, wheels):
+        wheels.gate.clear()
+        service.serve(FORWARD, 0.0)
+        assert await asyncio.to_thread(wheels.entered.wait, 10.0)
+        service.serve(STANDSTILL, 0.001)  # must not block, although the bus is busy
+        wheels.gate.set()
+        await service.settled()
+        assert wheels.commands == [FORWARD, STANDSTILL]
 
 
 async def test_a_reading_is_handed_out_once() -> None:
-    service = WheelService(GatedWheels())
-    await service.open()
-    assert service.take_reading() is None
-    await blocks(service, STANDSTILL, 0, 1)
-    reading = service.take_reading()
-    assert reading is not None
-    assert reading.left_rad == 1.0
-    assert service.take_reading() is None
-    await service.close()
+    async with served() as (service, _):
+        assert service.take_reading() is None
+        await blocks(service, STANDSTILL, 0, 1)
+        reading = service.take_reading()
+        assert reading is not None
+        assert reading.left_rad == 1.0
+        assert service.take_reading() is None
 
 
 async def test_without_new_commands_moving_wheels_are_stopped() -> None:
-    wheels = GatedWheels()
     with capture_logs() as logs:
-        service = WheelService(wheels, lease_s=0.01)
-        await service.open()
-        service.serve(FORWARD, 1.0)
-        while wheels.commands[-1:] != [STANDSTILL]:
-            await asyncio.sleep(0)
-        await service.close()
+        async with served(lease_s=0.01) as (service, wheels):
+            service.serve(FORWARD, 1.0)
+            while wheels.commands[-1:] != [STANDSTILL]:
+                await asyncio.sleep(0)
     assert wheels.commands == [FORWARD, STANDSTILL, STANDSTILL], "the lease's and that of closing"
     assert logs[0]["event"] == "wheels stopped"
 
 
 async def test_failing_wheels_are_told_once_and_may_recover() -> None:
-    wheels = GatedWheels()
     with capture_logs() as logs:
-        service = WheelService(wheels)
-        await service.open()
-        wheels.error = DeviceError("the wheels do not answer: no reply")
-        await blocks(service, STANDSTILL, 0, 80)
-        wheels.error = None
-        await blocks(service, STANDSTILL, 80, 10)
-        assert service.take_reading() is not None
-        await service.close()
+        async with served() as (service, wheels):
+            wheels.error = DeviceError("the wheels do not answer: no reply")
+            await blocks(service, STANDSTILL, 0, 80)
+            wheels.error = None
+            await blocks(service, STANDSTILL, 80, 10)
+            assert service.take_reading() is not None
     assert [line["event"] for line in logs] == ["wheels failed", "wheels answer again"]
 
 
 async def test_lost_wheels_end_the_daemon() -> None:
-    wheels = GatedWheels()
-    service = WheelService(wheels)
-    await service.open()
-    wheels.error = DeviceError("the wheels do not answer: no reply")
-    last = round(LOST_S / BLOCK_S)
-    await blocks(service, STANDSTILL, 0, last - 1)
-    with pytest.raises(DeviceError, match="have not answered for 10 s"):
-        await blocks(service, STANDSTILL, last - 1, 3)
-    await service.close()
+    async with served() as (service, wheels):
+        wheels.error = DeviceError("the wheels do not answer: no reply")
+        last = round(LOST_S / BLOCK_S)
+        await blocks(service, STANDSTILL, 0, last - 1)
+        with pytest.raises(DeviceError, match="have not answered for 10 s"):
+            await blocks(service, STANDSTILL, last - 1, 3)
     assert wheels.closed
 
 
 async def test_our_own_fault_is_raised_not_hidden() -> None:
-    wheels = GatedWheels()
-    service = WheelService(wheels)
-    await service.open()
-    wheels.error = ValueError("wheel speeds must be finite")
-    with pytest.raises(ValueError, match="finite"):
-        await blocks(service, STANDSTILL, 0, 20)
-    await service.close()
+    async with served() as (service, wheels):
+        wheels.error = ValueError("wheel speeds must be finite")
+        with pytest.raises(ValueError, match="finite"):
+            await blocks(service, STANDSTILL, 0, 20)
