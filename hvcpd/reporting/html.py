@@ -10,8 +10,8 @@ from string import Template
 from markupsafe import Markup
 
 from hvcpd.config.files import write_whole
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.reporting.audio_clip import Clip, make_clip
+from hvcpd.ports import Samples
+from hvcpd.reporting.audio_clip import KEPT_BITS, Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options
 from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.icons import badge
@@ -167,7 +167,7 @@ def _task_row(task: TaskStory, story: Story) -> Markup:
 def _player(clip: Clip | None) -> Markup:
     if clip is None:
         return Markup()
-    source = "data:audio/wav;base64," + base64.b64encode(clip.wav).decode("ascii")
+    source = "data:audio/flac;base64," + base64.b64encode(clip.flac).decode("ascii")
     sound = tag("audio", id="sound", src=source, controls=True, preload="auto", aria_label="The whole mission")
     whole = tag("button", "▶ Play", type="button", id="whole", aria_pressed="false")
     caption = tag("p", id="caption", aria_live="off")
@@ -187,10 +187,9 @@ def _notes(clip: Clip | None) -> Markup:
     else:
         notes.append(
             "The sound is what a microphone in the room recorded, "
-            f"raised by {clip.gain_db:.0f} dB for listening, with loud parts limited; {clip.described}."
+            f"raised by {clip.gain_db:.0f} dB for listening, with loud parts limited."
         )
-        if clip.bits < 16 or clip.rate_hz < SAMPLE_RATE_HZ:
-            notes.append("It is coarser here, to keep this page small; mission.wav beside it has full quality.")
+        notes.append(f"It has {KEPT_BITS} bits here, to keep this page small; mission.wav beside it has full quality.")
     notes.append("Trails are simplified, within 2 cm of the true path.")
     notes.append("Spectrograms: 25 ms Hann window, 6 dB/octave pre-emphasis, colours relative to the loudest point.")
     notes.append("The words above a spectrogram are in the places where the most confident listener recognised them.")

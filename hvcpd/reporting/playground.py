@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from string import Template
 from typing import Any
 
 import numpy as np
-import soundfile
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.audio_clip import flac
 from hvcpd.reporting.markup import joined, security_policy, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
@@ -140,17 +139,7 @@ def _voice(speaker: Speaker, words: Sequence[str]) -> dict[str, Any]:
             table.append((at, len(unit), join.lead, join.advance))
             units.append(unit)
             at += len(unit)
-    return {"units": table, "flac": base64.b64encode(_flac(np.concatenate(units))).decode("ascii")}
-
-
-def _flac(sound: Samples) -> bytes:
-    """Sound, shape (n,), as FLAC of KEPT_BITS; a whole step stays clear of full scale."""
-    steps = np.rint(np.clip(sound, -1.0, 1.0) * (2 ** (KEPT_BITS - 1) - 1)).astype(np.int16) << (16 - KEPT_BITS)
-    # By a file's number: a Python file would be written by callbacks, in which a signal such as Ctrl-C is lost.
-    with os.fdopen(os.memfd_create("flac"), "w+b") as packed:
-        soundfile.write(packed.fileno(), steps, SAMPLE_RATE_HZ, format="FLAC", subtype="PCM_16", closefd=False)
-        packed.seek(0)
-        return packed.read()
+    return {"units": table, "flac": base64.b64encode(flac(np.concatenate(units), KEPT_BITS)).decode("ascii")}
 
 
 def _panel(k: int, name: str) -> str:

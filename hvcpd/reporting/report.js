@@ -31,7 +31,7 @@
 
   // A blob can be sought to the sample in every browser; a data address cannot.
   const bytes = Uint8Array.from(atob(sound.src.slice(sound.src.indexOf(",") + 1)), (c) => c.charCodeAt(0));
-  sound.src = URL.createObjectURL(new Blob([bytes], { type: "audio/wav" }));
+  sound.src = URL.createObjectURL(new Blob([bytes], { type: "audio/flac" }));
 
   const pucks = [...document.querySelectorAll(".trail")].map((trail, k) => ({
     puck: document.querySelectorAll("[data-puck]")[k],

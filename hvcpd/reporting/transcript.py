@@ -17,6 +17,9 @@ from hvcpd.reporting.events import Event, Moved, Summary, Trail
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 
+LONGEST_S = 30 * 86_400.0
+"""No mission is longer; whoever shows one goes through its times step by step."""
+
 _KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in get_args(Event) if each is not Moved}
 
 
@@ -74,6 +77,11 @@ def read_trails(path: Path) -> tuple[Trail, ...]:
             raise ConfigError(f"{path}, line {number}: no trail ({in_words(error)})") from None
         if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
             raise ConfigError(f"{path}, line {number}: no trail (its columns differ in length)")
+        t_s = columns[0]
+        if not len(t_s) or t_s[0] < 0.0 or np.any(np.diff(t_s) < 0.0) or t_s[-1] > LONGEST_S:
+            raise ConfigError(f"{path}, line {number}: no trail (its times are not those of a mission)")
+        if not np.all(np.isfinite(columns)):
+            raise ConfigError(f"{path}, line {number}: no trail (not all of it are numbers)")
     return tuple(trails)
 
 

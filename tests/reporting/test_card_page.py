@@ -11,7 +11,7 @@ from hvcpd.language.card import Topic, make_card
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.reporting.card_page import POCKET_CARDS, card_page
 from tests.reporting.shift_example import flower_tasks
-from tests.reporting.shown import Shown
+from tests.reporting.shown import Page
 
 
 def page(
@@ -57,9 +57,10 @@ LONG = "carry the enormously heavy wooden storage container"
 def test_the_wall_and_the_pocket_have_every_task(count: int, start: str) -> None:
     tasks = flower_tasks(count, start)
     written = page("Rob", "Bot", tasks=tuple(task.name for task in tasks))
-    shown = Shown(written)
-    wall = " ".join(text for path, text in shown.texts if "sheet pockets" not in path)
-    pockets = shown.of_class("pocket")
+    shown = Page(written)
+    sheets = [each for each in shown.elements if each.is_of("sheet") and not each.is_of("pockets")]
+    wall = " ".join(part for sheet in sheets for part in sheet.parts)
+    pockets = shown.shown("pocket")
     assert len(pockets) % POCKET_CARDS == 0 or len(pockets) < 2 * POCKET_CARDS
     for task in tasks:
         assert task.name in wall

@@ -22,7 +22,8 @@ from hvcpd.reporting.live import LiveView
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.watching import PATIENCE_S, Watch
 from tests.reporting.example import example
-from tests.reporting.test_html import HOSTILE, Page
+from tests.reporting.shown import Page
+from tests.reporting.test_html import HOSTILE
 
 pytestmark = pytest.mark.slow
 

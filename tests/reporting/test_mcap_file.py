@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hvcpd.console.replay import read_recording
 from hvcpd.control.cli import main
+from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose
 from hvcpd.reporting.events import Heard, Moved, Said, Sound, Trail
@@ -102,3 +104,19 @@ def test_what_is_no_recording_is_refused(text: str, tmp_path: Path, capsys: pyte
     assert main(["mcap", str(lines), str(file)]) == 2
     assert str(lines) in capsys.readouterr().err
     assert not file.exists()
+
+
+@pytest.mark.parametrize(
+    ("t_s", "x_m"), [([], []), ([None], [1.0]), ([0.0], [None]), (["1e999"], [1.0]), ([1e300], [1.0]), ([2, 1], [0, 0])]
+)
+def test_a_trail_that_is_none_is_named(
+    t_s: list[object], x_m: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It ended with a traceback, in the console, too."""
+    write_transcript((SAID, HEARD), tmp_path / "transcript.jsonl")
+    trails = tmp_path / "trails.jsonl"
+    trails.write_text(json.dumps({"robot": "Rob", "t_s": t_s, "x_m": x_m, "y_m": x_m}) + "\n")
+    assert main(["mcap", str(tmp_path), str(tmp_path / "out.mcap")]) == 2
+    assert f"{trails}, line 1: no trail (" in capsys.readouterr().err
+    with pytest.raises(ConfigError, match="line 1: no trail"):
+        read_recording(tmp_path)

@@ -20,7 +20,7 @@ from hvcpd.reporting.shift_page import page as shift_page
 from tests.console.browser import MISSING, WHY, chromium, faults, look_like, until
 from tests.reporting.example import example
 from tests.reporting.shift_example import flower_tasks, made_up
-from tests.reporting.shown import Shown
+from tests.reporting.shown import Page
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(MISSING, reason=WHY)]
 
@@ -121,7 +121,7 @@ def test_the_report_of_a_mission_in_another_domain(browser: Any, tmp_path: Path)
     )
     text = report_page(record)
     for word in ("plant", "flower", "water", "blossom", "petal"):
-        assert word not in _shown(text).replace("team plant", ""), word
+        assert word not in " ".join(Page(text).text).replace("team plant", ""), word
     opened(browser, text, tmp_path)
     for width in (1280, 390):
         look_like(browser, width, 900, "light", phone=width < 500)
@@ -134,10 +134,6 @@ def test_the_report_of_a_mission_in_another_domain(browser: Any, tmp_path: Path)
 def _with_icons(record: MissionRecord, icons: tuple[tuple[int, str], ...]) -> MissionRecord:
     started = next(event for event in record.events if isinstance(event, Started))
     return replace(record, events=tuple(replace(e, icons=icons) if e is started else e for e in record.events))
-
-
-def _shown(text: str) -> str:
-    return " ".join(words for _, words in Shown(text).texts)
 
 
 CARDS = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import io
 import struct
-import wave
 import zlib
 
 import numpy as np
 import pytest
+import soundfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -100,26 +100,22 @@ def test_a_trail_without_points_or_with_holes() -> None:
     assert np.isfinite(simplified(Trail("Rob", np.arange(3.0), x, x)).x_m).all()
 
 
-def read(wav: bytes) -> tuple[np.ndarray, int]:
-    with wave.open(io.BytesIO(wav)) as file:
-        data = file.readframes(file.getnframes())
-        if file.getsampwidth() == 2:
-            return np.frombuffer(data, "<i2") / 32768.0, file.getframerate()
-        return (np.frombuffer(data, np.uint8) - 128.0) / 128.0, file.getframerate()
+def read(flac: bytes) -> np.ndarray:
+    samples, rate_hz = soundfile.read(io.BytesIO(flac))
+    assert rate_hz == SAMPLE_RATE_HZ
+    return samples
 
 
-@pytest.mark.parametrize(("budget", "rate_hz", "bits"), [(64_000, 16_000, 16), (63_999, 16_000, 8), (31_999, 8_000, 8)])
-def test_a_clip_keeps_the_sound_in_what_room_there_is(budget: int, rate_hz: int, bits: int) -> None:
+def test_a_clip_keeps_the_sound_at_the_level_of_speech() -> None:
     t = np.arange(2 * SAMPLE_RATE_HZ) / SAMPLE_RATE_HZ
     tone = (0.001 * np.sin(2 * np.pi * 440 * t)).astype(np.float32)
-    clip = make_clip(tone, [(0.5, 1.5)], budget)
-    assert (clip.rate_hz, clip.bits) == (rate_hz, bits)
-    samples, rate = read(clip.wav)
-    assert rate == rate_hz
-    level_dbfs = 20 * np.log10(np.sqrt(np.mean(samples[rate // 2 : -rate // 2] ** 2)))
+    samples = read(make_clip(tone, [(0.5, 1.5)]).flac)
+    level_dbfs = 20 * np.log10(np.sqrt(np.mean(samples[SAMPLE_RATE_HZ // 2 : -SAMPLE_RATE_HZ // 2] ** 2)))
     assert level_dbfs == pytest.approx(-20.0, abs=0.3)
     spectrum = np.abs(np.fft.rfft(samples))
-    assert np.argmax(spectrum) * rate / len(samples) == pytest.approx(440.0, abs=1.0)
+    assert np.argmax(spectrum) / 2.0 == pytest.approx(440.0, abs=1.0)
+    spectrum[870:890] = 0.0
+    assert spectrum.max() < 0.01 * np.abs(np.fft.rfft(samples)).max(), "of ten bits nothing is heard"
 
 
 def test_the_limiter_never_passes_full_scale_and_leaves_the_quiet_alone() -> None:
@@ -131,8 +127,10 @@ def test_the_limiter_never_passes_full_scale_and_leaves_the_quiet_alone() -> Non
     assert np.array_equal(out[quiet], sound[quiet])
 
 
-@given(st.lists(st.floats(width=32), max_size=50), st.lists(st.tuples(st.floats(), st.floats()), max_size=3))
+@given(
+    st.lists(st.floats(width=32), min_size=1, max_size=50), st.lists(st.tuples(st.floats(), st.floats()), max_size=3)
+)
 def test_any_sound_makes_a_clip(values: list[float], spoken: list[tuple[float, float]]) -> None:
-    samples, _ = read(make_clip(np.array(values, np.float32), spoken).wav)
+    samples = read(make_clip(np.array(values, np.float32), spoken).flac)
     assert len(samples) == len(values)
     assert np.all(np.isfinite(samples))
