@@ -20,12 +20,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 
-import numpy as np
-
 from hil_fakes.pulse_pipe import Direction, PipeError, PulsePipe
 from hil_fakes.room import Air, Point, Room
 from hil_fakes.sound_server import LOUDSPEAKER, MICROPHONE
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.pcm import pcm_16
 
 BLOCK = 160
 """Samples carried at once, 10 ms: the least delay that each way through a null sink adds."""
@@ -41,39 +40,10 @@ SPACING_M = 1.0
 """Distance between neighbours in the row of robots."""
 
 
-class Recording:
-    """A WAV file that is complete but for its last second, even if the process is killed."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = wave.open(str(path), "wb")  # noqa: SIM115 – closed by close
-        self._file.setnchannels(1)
-        self._file.setsampwidth(2)
-        self._file.setframerate(SAMPLE_RATE_HZ)
-        self._waiting: list[Samples] = []
-
-    def __enter__(self) -> Recording:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._flush()
-        self._file.close()
-
-    def add(self, block: Samples) -> None:
-        """Append a block of sound, shape (n,), float32."""
-        self._waiting.append(block)
-        if len(self._waiting) * BLOCK >= SAMPLE_RATE_HZ:
-            self._flush()
-
-    def _flush(self) -> None:
-        if self._waiting:
-            self._file.writeframes(np.rint(np.concatenate(self._waiting) * 32767.0).astype("<i2").tobytes())
-            self._waiting.clear()
-
-
 class RealAir:
     """Carries sound between the robots `names` on the server at `socket` until `stop` is called."""
 
-    def __init__(self, socket: str, names: Sequence[str], room: Room, recordings: Sequence[Recording]) -> None:
+    def __init__(self, socket: str, names: Sequence[str], room: Room, recordings: Sequence[wave.Wave_write]) -> None:
         self._socket = socket
         self._names = names
         self._room = room
@@ -119,7 +89,7 @@ class RealAir:
             heard = self._room.advance(played, self._places)
             for microphone, recording, block in zip(microphones, self._recordings, heard, strict=False):
                 microphone.write(block)
-                recording.add(block)
+                recording.writeframes(pcm_16(block))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -134,7 +104,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     names = options.robots.split(",")
     room = Room(len(names), Air(noise_db_spl=options.noise_db), options.seed)
     with ExitStack() as stack:
-        recordings = [stack.enter_context(Recording(options.record / f"heard-by-{name}.wav")) for name in names]
+        recordings = [
+            stack.enter_context(wave.open(str(options.record / f"heard-by-{name}.wav"), "wb")) for name in names
+        ]
+        for recording in recordings:
+            recording.setparams((1, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
         air = RealAir(options.server, names, room, recordings)
 
         def end(_number: int, _frame: FrameType | None) -> None:

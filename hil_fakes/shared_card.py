@@ -25,7 +25,7 @@ class SharedCard:
         self._card: SoundStream | None = None
         self._is_started = False
         self._door = asyncio.Lock()
-        self._visitor = Voice()
+        self.visitor = Voice()
 
     @property
     def latency_s(self) -> float:
@@ -51,7 +51,7 @@ class SharedCard:
             raise DeviceError("the sound card is gone")
         try:
             if self._is_started:
-                said = np.sum([*played, self._visitor.take(played)], axis=0)
+                said = np.sum([*played, self.visitor.take(played)], axis=0)
                 self._card.write(np.clip(said, -1.0, 1.0).astype(np.float32))
             else:
                 await self._card.start()
@@ -61,10 +61,6 @@ class SharedCard:
             await self.close()
             raise
         return [heard for _ in played]
-
-    def say(self, sound: Samples, at_once: bool = False) -> Callable[[], bool]:
-        """Have a visitor say it through the loudspeaker; see `Voice.say`."""
-        return self._visitor.say(sound, at_once)
 
     async def close(self) -> None:
         """Let go of the card."""

@@ -56,7 +56,8 @@ class SimulatedAir:
         self._room = room
         self._pace = pace
         self._now_s = 0.0
-        self._visitor = Voice()
+        self.visitor = Voice()
+        """1 m from every robot."""
 
     async def open(self) -> None:
         """Air is always there."""
@@ -64,15 +65,11 @@ class SimulatedAir:
     async def exchange(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
         """Let a block pass at once, or when its time has come."""
         heard = self._room.advance(played, places)[:-1]
-        said = self._visitor.take(played) * np.float32(self._room.air.source_gain)
+        said = self.visitor.take(played) * np.float32(self._room.air.source_gain)
         self._now_s += len(heard[0]) / SAMPLE_RATE_HZ
         if self._pace is not None:
             await self._pace(self._now_s)
         return [(each + said).astype(np.float32) for each in heard]
-
-    def say(self, sound: Samples, at_once: bool = False) -> Callable[[], bool]:
-        """Have a visitor say it, 1 m from every robot; see `Voice.say`."""
-        return self._visitor.say(sound, at_once)
 
 
 PAUSE_S = 0.2

@@ -42,11 +42,8 @@ class FakeDevice(Protocol):
 
 @dataclass
 class FakeTimed:
-    """Takes `duration_s` and is done; fails with `reason`, if it has one, at its end."""
+    """Takes USUAL_S and is done."""
 
-    duration_s: float = USUAL_S
-    reason: str | None = None
-    hangs: bool = False
     done_s: float = 0.0
 
     def begin(self, arguments: Arguments) -> None:  # noqa: ARG002 - it takes as long with any arguments
@@ -54,10 +51,8 @@ class FakeTimed:
 
     def advance(self, dt_s: float) -> Report:
         self.done_s += dt_s
-        if self.hangs or self.done_s < self.duration_s:
-            return Report(0, SkillState.RUNNING, min(self.done_s / self.duration_s, 1.0))
-        if self.reason is not None:
-            return Report(0, SkillState.FAILED, text=self.reason)
+        if self.done_s < USUAL_S:
+            return Report(0, SkillState.RUNNING, self.done_s / USUAL_S)
         return Report(0, SkillState.FINISHED, 1.0)
 
     def leave(self) -> None:

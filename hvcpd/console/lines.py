@@ -60,7 +60,8 @@ class Lines:
 
 
 Event = Mapping[str, Any]
-Sort = tuple[str, str | None, str, list[dict[str, str]]]
+Mark = dict[str, str]
+Sort = tuple[str, str | None, str, list[Mark]]
 
 
 def is_passing(event: Event) -> bool:
@@ -75,24 +76,35 @@ def line_of(event: Event, at_s: float, colours: SpeakerColours, task: Callable[[
     shows it as text and never as markup.
     """
     told = _told(event, task) if not is_passing(event) else None
-    if told is None:
-        return None
-    sort, who, text, marks = told
-    slot = colours.of(who) if who is not None else None
-    return {"at_s": round(at_s, 3), "sort": sort, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}
+    return make_line(at_s, *told, colours.of) if told is not None else None
 
 
-def mark(kind: str, text: str) -> dict[str, str]:
+def make_line(
+    at_s: float, sort: str, who: str | None, text: str, marks: list[Mark], slot_of: Callable[[str], int | None]
+) -> Line:
+    """A line as the page takes it; `slot_of` tells a speaker's colour."""
+    slot = slot_of(who) if who else None
+    return {
+        "at_s": round(at_s, 3),
+        "sort": sort,
+        "who": who and clean(who),
+        "slot": slot,
+        "text": clean(text),
+        "marks": marks,
+    }
+
+
+def mark(kind: str, text: str) -> Mark:
     """The small print below a line: good, unsure, odd (understood differently) or bad."""
     return {"kind": kind, "text": text}
 
 
-def seal_notes(seal: str | None) -> list[dict[str, str]]:
+def seal_notes(seal: str | None) -> list[Mark]:
     """The small print about a sentence's seal; nothing if it has none."""
     return [mark("bad" if seal == "not trusted" else "good", clean(seal))] if seal else []
 
 
-def confidence_note(confidence: float | None, snr_db: float | None = None) -> dict[str, str]:
+def confidence_note(confidence: float | None, snr_db: float | None = None) -> Mark:
     """The small print about a sentence's confidence."""
     return mark("good" if (confidence or 0.0) >= SURE else "unsure", how_sure(confidence, snr_db))
 
@@ -100,35 +112,33 @@ def confidence_note(confidence: float | None, snr_db: float | None = None) -> di
 def _told(event: Event, task: Callable[[int], str]) -> Sort | None:
     match event.get("event"):
         case "said":
-            return "said", event["speaker"], clean(event["text"]), seal_notes(event.get("seal"))
+            return "said", event["speaker"], event["text"], seal_notes(event.get("seal"))
         case "heard":
             marks = [confidence_note(event["confidence"], event["snr_db"]), *seal_notes(event.get("seal"))]
-            return "heard", event["speaker"], clean(event["text"]), marks
+            return "heard", event["speaker"], event["text"], marks
         case "garbled":
             return "garbled", None, "Somebody spoke and was not understood", []
         case "held":
             length_s = event["until_s"] - event["at_s"]
             return "act", None, f"Stood still for {length_s:.1f} s for what sounded like “stop”", []
         case "noted":
-            return "note", None, clean(event["text"]), []
+            return "note", None, event["text"], []
         case "performed":
             return "act", event["robot"], f"has carried out {task(event['task'])}", []
         case "skill":
             sort = "note" if event["state"] == "failed" else "act"
-            return sort, event["robot"], clean(skill_words(event)), []
+            return sort, event["robot"], skill_words(event), []
         case _:
             return None
 
 
 def line_of_row(row: Event, colours: SpeakerColours) -> Line:
     """The line for a row of a daemon's transcript."""
-    kind, text, who = row["kind"], clean(row["text"]), row["speaker"]
+    kind, text, who = row["kind"], row["text"], row["speaker"]
     marks = [confidence_note(row["confidence"])] if row["confidence"] is not None else []
     marks += seal_notes(row.get("seal"))
     if kind == "garbled":
         who, kind, text = None, "note" if text else kind, text or "Somebody spoke and was not understood"
     elif kind == "heard":
         who = who or "somebody"
-    slot = colours.of(who) if who else None
-    at_s = round(row["wall_s"] or 0.0, 3)
-    return {"at_s": at_s, "sort": kind, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}
+    return make_line(row["wall_s"] or 0.0, kind, who, text, marks, colours.of)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.console.lines import confidence_note, mark, seal_notes
+from hvcpd.console.lines import Mark, confidence_note, make_line, mark, seal_notes
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import MissionRecord, Performed, TaskChanged, Trail
@@ -89,18 +89,17 @@ def _spoken(story: Story) -> Iterator[Step]:
     slots, names = story.slots, {task.number: task.name for task in story.tasks}
     for line in story.lines:
         said = line.said
-        yield _line(said.at_s, "said", said.speaker, slots.get(said.speaker), said.text, _marks(line))
+        yield _line(said.at_s, "said", said.speaker, said.text, _marks(line), slots.get)
     for act in story.performed:
         text = f"has carried out {task_words(act.task, names.get(act.task))}"
-        yield _line(act.at_s, "act", act.robot, slots.get(act.robot), text, [])
+        yield _line(act.at_s, "act", act.robot, text, [], slots.get)
 
 
-def _line(at_s: float, sort: str, who: str, slot: int | None, text: str, marks: list[dict[str, str]]) -> Step:
-    line: dict[str, Any] = {"at_s": round(at_s, 3), "sort": sort, "who": clean(who), "slot": slot}
-    return at_s, {"kind": "line", "line": {**line, "text": clean(text), "marks": marks}}
+def _line(at_s: float, *line: Any) -> Step:
+    return at_s, {"kind": "line", "line": make_line(at_s, *line)}
 
 
-def _marks(line: Line) -> list[dict[str, str]]:
+def _marks(line: Line) -> list[Mark]:
     """The robots that heard it, with their confidence, and those that did not."""
     marks = [mark("bad", "collided with another voice")] if line.said.collided else []
     marks += seal_notes(line.said.seal)

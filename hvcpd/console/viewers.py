@@ -28,11 +28,6 @@ class Viewer:
         self.ended = False
         """Nothing more will be told."""
 
-    @property
-    def waiting(self) -> int:
-        """Number of messages that wait, without those of kinds in REPLACED."""
-        return len(self._waiting)
-
     def put(self, message: Message) -> None:
         """Queue a message; of kinds in REPLACED only the newest is kept. Never waits."""
         if message["kind"] in REPLACED:
@@ -69,9 +64,6 @@ class Viewers:
 
     def __init__(self) -> None:
         self._viewers: set[Viewer] = set()
-
-    def __len__(self) -> int:
-        return len(self._viewers)
 
     def tell(self, message: Message) -> None:
         """Send a message to all viewers. Never waits."""

@@ -60,7 +60,6 @@ class Pivot:
     at: float
     low: float
     high: float
-    slope: float
     sign: str = ""
 
     @property
@@ -95,28 +94,27 @@ def pivot(steps: Sequence[Step]) -> Pivot:
         raise ValueError("a pivotal point needs trials at two distances at least")
     near, far = ordered[0].at, ordered[-1].at
     points = np.geomspace(near / BEYOND, far * BEYOND, FINE)
-    profile, slopes = _profile(ordered, points)
+    profile = _profile(ordered, points)
     best = int(np.argmax(profile))
     inside = np.flatnonzero(2.0 * (profile[best] - profile) <= CHI2)
     # a step farther to be safe; infinite where it leaves the grid
     low = float(points[inside[0] - 1]) if inside[0] > 0 else 0.0
     high = float(points[inside[-1] + 1]) if inside[-1] < FINE - 1 else math.inf
-    at, slope = float(points[best]), float(slopes[best])
+    at = float(points[best])
     if at > far and all(2 * s.right >= s.n for s in ordered):
-        return Pivot(low, low, math.inf, slope, ">")
+        return Pivot(low, low, math.inf, ">")
     if at < near and all(2 * s.right <= s.n for s in ordered):
-        return Pivot(high, 0.0, high, slope, "<")
-    return Pivot(at, low, high, slope)
+        return Pivot(high, 0.0, high, "<")
+    return Pivot(at, low, high)
 
 
-def _profile(steps: Sequence[Step], points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """For each point the log likelihood with the best slope, and that slope."""
+def _profile(steps: Sequence[Step], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """For each point the log likelihood with the best slope."""
     x = np.log([s.at for s in steps])
     right = np.array([s.right for s in steps], np.float64)
     wrong = np.array([s.n - s.right for s in steps], np.float64)
     away = x[None, None, :] - np.log(points)[:, None, None]
     logit = -STEEPNESS[None, :, None] * away
     # log p = -log(1 + exp(-logit)), log(1 - p) = log p - logit
-    total = -((right + wrong) * np.logaddexp(0.0, -logit) + wrong * logit).sum(axis=2)
-    best = np.argmax(total, axis=1)
-    return total[np.arange(len(points)), best], STEEPNESS[best]
+    best: NDArray[np.float64] = -((right + wrong) * np.logaddexp(0.0, -logit) + wrong * logit).sum(axis=2).min(axis=1)
+    return best

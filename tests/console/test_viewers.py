@@ -47,7 +47,7 @@ def test_a_viewer_that_does_not_read_is_shown_everything_anew_and_costs_the_othe
         if number % 100 == 99 or number == 10 * MAX_WAITING - 1:
             told += taken(quick)
     assert [message["line"]["n"] for message in told] == list(range(10 * MAX_WAITING))
-    assert slow.waiting == MAX_WAITING, "what waits is bounded"
+    assert len(slow._waiting) == MAX_WAITING, "what waits is bounded"
     assert taken(slow) == [{"kind": "snapshot"}]
     viewers.tell(line(7))
     assert taken(slow) == [line(7)]

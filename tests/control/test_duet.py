@@ -212,7 +212,11 @@ def duet(
         medium = SimulatedAir(Room(2, Air(), seed=0))
         plays = SharedRoom(bodies, watch, medium=medium)
         out = out or io.StringIO()
-        yield Duet(wirings, plays, Visitor(VISITOR, wirings[0], medium.say), out, ready="All listen\n"), plays, out
+        yield (
+            Duet(wirings, plays, Visitor(VISITOR, wirings[0], medium.visitor.say), out, ready="All listen\n"),
+            plays,
+            out,
+        )
 
 
 @pytest.mark.slow
@@ -414,7 +418,7 @@ def test_one_card_plays_the_sum_and_all_hear_the_same() -> None:
         medium = SharedCard(lambda: card)
         await medium.open()
         await medium.open()
-        medium.say(np.full(2 * BLOCK, 0.125, np.float32))
+        medium.visitor.say(np.full(2 * BLOCK, 0.125, np.float32))
         quiet = round(PAUSE_S * SAMPLE_RATE_HZ / BLOCK)
         heard = [await medium.exchange([block(0.0), block(0.0)], []) for _ in range(quiet + 1)]
         heard += [await medium.exchange([block(0.25), block(0.5)], []) for _ in range(2)]

@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> None:
             stack.callback(rendering.end)
             rendering.wait()
             rendered = rendering.ended
-        visitor = Visitor(cast.visitor, wirings[0], medium.say)
+        visitor = Visitor(cast.visitor, wirings[0], medium.visitor.say)
         partner = partner_command(cast.robots, robots, options.config, options.tasks)
         ready = ready_text(robots, partner, by_voice=isinstance(medium, SharedCard))
         ready += lacking_text(wirings[0], options.config)
