@@ -22,11 +22,13 @@ BRIDGE = (sys.executable, "-m", "hvcpd.control.cli", "ros")
 
 
 class SocketDaemon:
-    """Answers as a daemon with wheels of this `driver`. `tell` sends an event to all; `asked` has what they wanted."""
+    """Answers as a daemon with wheels of this `driver`. `tell` sends a line to all, and `first` has those that each
+    client is sent at once; `asked` has what they wanted."""
 
     def __init__(self, path: Path, mode: str, driver: str) -> None:
         self.path = path
         self.asked: list[dict[str, Any]] = []
+        self.first: list[object] = []
         self.settings: list[dict[str, Any]] = [
             {"key": "wheels.driver", "value": driver},
             {"key": "wheels.ros_mode", "value": mode},
@@ -42,11 +44,17 @@ class SocketDaemon:
         self._clients: list[socket.socket] = []
         threading.Thread(target=self._accept, daemon=True).start()
 
-    def tell(self, event: Mapping[str, Any]) -> None:
-        """Send an event to everybody."""
+    def tell(self, line: object) -> None:
+        """Send an event, or any other line, to everybody."""
         for client in self._clients:
             with suppress(OSError):
-                client.sendall(json.dumps(event).encode() + b"\n")
+                client.sendall(_line(line))
+
+    def hang_up(self) -> None:
+        """Let go of everybody."""
+        for client in self._clients:
+            client.shutdown(socket.SHUT_RDWR)
+        self._clients.clear()
 
     def arguments(self, command: str) -> list[dict[str, Any]]:
         """What was asked with this command."""
@@ -66,12 +74,18 @@ class SocketDaemon:
 
     def _serve(self, client: socket.socket) -> None:
         with suppress(OSError, ValueError), client.makefile("r") as lines:
-            client.sendall(b'{"event": "hello", "protocol": 1, "name": "Rob", "version": "1"}\n')
+            for line in ({"event": "hello", "protocol": 1, "name": "Rob", "version": "1"}, *self.first):
+                client.sendall(_line(line))
             for line in lines:
                 request = json.loads(line)
                 self.asked.append(request)
                 reply = {"id": request.get("id"), "ok": True, "result": self._replies.get(request["command"], {})}
-                client.sendall(json.dumps(reply).encode() + b"\n")
+                client.sendall(_line(reply))
+
+
+def _line(value: object) -> bytes:
+    """A value in JSON; text as it is."""
+    return (value if isinstance(value, str) else json.dumps(value)).encode() + b"\n"
 
 
 @contextmanager

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import socket
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from hil_fakes.sound_server import wait_until
 from hvcpd.errors import NotRunningError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
@@ -22,6 +19,7 @@ from hvcpd.ros.messages import Message, String, Twist, Vector3
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.session import Inbox, Session
 from hvcpd.ros.topics import Topic
+from tests.ros.live import SocketDaemon, daemon_at
 
 MOVING = {"event": "drive", "at_s": 1.0, "linear_m_s": 0.1, "angular_rad_s": 0.0, "stopped": False, "goal": None}
 GOAL = MOVING | {"linear_m_s": 0.0, "goal": {"number": 1, "x_m": 1.0, "y_m": 2.0}}
@@ -67,58 +65,21 @@ class NotedPort:
         self.closed = True
 
 
-class ScriptedDaemon:
-    """Listens at `path`; sends the given lines to each client, and keeps what it is asked."""
-
-    def __init__(self, path: Path) -> None:
-        self.asked: list[dict[str, Any]] = []
-        self._listener = socket.socket(socket.AF_UNIX)
-        self._listener.bind(str(path))
-        self._listener.listen()
-        self.client: socket.socket | None = None
-        self.told = threading.Event()
-
-    def serve(self, *lines: object) -> threading.Thread:
-        """One client, in a thread, until it hangs up or is hung up on."""
-        thread = threading.Thread(target=self._serve, args=(lines,), daemon=True)
-        thread.start()
-        return thread
-
-    def _serve(self, lines: tuple[object, ...]) -> None:
-        self.client, _ = self._listener.accept()
-        with suppress(BrokenPipeError):  # the scene may be over by now
-            for line in lines:
-                self.say(line)
-        with suppress(ConnectionError), self.client.makefile("r") as wishes:
-            for wish in wishes:
-                self.asked.append(json.loads(wish))
-                self.told.set()
-
-    def say(self, line: object) -> None:
-        """One line more, to the client that is here."""
-        assert self.client is not None
-        self.client.sendall((line if isinstance(line, str) else json.dumps(line)).encode() + b"\n")
-
-    def close(self) -> None:
-        self._listener.close()
-        if self.client is not None:
-            self.client.close()
-
-
 @dataclass
 class Scene:
-    daemon: ScriptedDaemon
+    daemon: SocketDaemon
     port: NotedPort
     inbox: Inbox
     session: Session
 
 
 @pytest.fixture
-def scene(tmp_path: Path) -> Scene:
+def scene(tmp_path: Path) -> Iterator[Scene]:
     path = tmp_path / "s.sock"
     port, inbox = NotedPort(), Inbox()
     session = Session(Bridge(True, port.parameters), port, inbox, path)
-    return Scene(ScriptedDaemon(path), port, inbox, session)
+    with daemon_at(path, "goal") as daemon:
+        yield Scene(daemon, port, inbox, session)
 
 
 def velocities(port: NotedPort) -> list[Message]:
@@ -126,13 +87,12 @@ def velocities(port: NotedPort) -> list[Message]:
 
 
 def test_lines_of_the_daemon_reach_ros_and_the_base_stands_at_the_end(scene: Scene) -> None:
-    thread = scene.daemon.serve({"event": "hello"}, "no JSON", [1], MOVING)
-
+    scene.daemon.first = ["no JSON", [1], MOVING]
     goals = [GOAL]
 
     def drive_on() -> None:  # a velocity that is followed by another before it was due is not published
         if goals and Twist(Vector3(x=0.1)) in velocities(scene.port):
-            scene.daemon.say(goals.pop())
+            scene.daemon.tell(goals.pop())
 
     scene.port.on_change = drive_on
     assert scene.session.run(lambda: bool(scene.port.went)) is None
@@ -141,58 +101,50 @@ def test_lines_of_the_daemon_reach_ros_and_the_base_stands_at_the_end(scene: Sce
     assert velocities(scene.port)[-1] == Twist()
     assert scene.port.cancelled == [1]
     assert scene.port.closed
-    thread.join(WAIT_S)
+    wait_until(lambda: len(scene.daemon.asked) >= 3, WAIT_S, "the daemon has read what it was asked")
     assert [each["command"] for each in scene.daemon.asked][:3] == ["subscribe", "tasks", "status"]
 
 
 def test_what_comes_from_other_threads_reaches_the_daemon(scene: Scene) -> None:
-    thread = scene.daemon.serve({"event": "hello"})
     scene.inbox.put(lambda bridge, now_s: bridge.from_ros(topics.SAY, String("hello"), now_s))
     over = threading.Event()
 
     def enough() -> bool:
-        return any(each["command"] == "say" for each in scene.daemon.asked) or over.is_set()
+        return bool(scene.daemon.arguments("say")) or over.is_set()
 
     timer = threading.Timer(WAIT_S, over.set)
     timer.start()
     scene.session.run(enough)
     timer.cancel()
-    thread.join(WAIT_S)
-    assert [each["text"] for each in scene.daemon.asked if each["command"] == "say"] == ["hello"]
+    assert [each["text"] for each in scene.daemon.arguments("say")] == ["hello"]
 
 
 def test_a_ros_that_ends_is_told_of_and_the_daemon_knows_why(scene: Scene) -> None:
-    thread = scene.daemon.serve({"event": "hello"}, MOVING)
+    scene.daemon.first = [MOVING]
 
     def end() -> None:
         scene.port.fault = "no ROS master"
 
     scene.port.on_change = end
     assert scene.session.run() == "no ROS master"
-    thread.join(WAIT_S)
-    assert {"command": "base", "fault": "no ROS master"} in [
-        {key: each[key] for key in ("command", "fault")} for each in scene.daemon.asked if "fault" in each
-    ]
+    wait_until(lambda: bool(scene.daemon.arguments("base")), WAIT_S, "the daemon is told")
+    assert [each["fault"] for each in scene.daemon.arguments("base")] == ["no ROS master"]
     assert velocities(scene.port)[-1] == Twist()
 
 
 def test_a_daemon_that_ends_is_told_of_and_the_next_one_is_found(scene: Scene) -> None:
-    thread = scene.daemon.serve({"event": "hello"}, MOVING)
-    again: list[threading.Thread] = []
+    scene.daemon.first = [MOVING]
 
     def hang_up() -> None:
-        if not again and velocities(scene.port):
-            assert scene.daemon.client is not None
-            scene.daemon.client.shutdown(socket.SHUT_RDWR)
-            again.append(scene.daemon.serve({"event": "hello"}, GOAL))
+        if scene.daemon.first == [MOVING] and velocities(scene.port):
+            scene.daemon.first = [GOAL]
+            scene.daemon.hang_up()
 
     scene.port.on_change = hang_up
     scene.session.run(lambda: bool(scene.port.went))
-    thread.join(WAIT_S)
     assert len(scene.port.logged) == 1
     assert "trying again" in scene.port.logged[0]
     assert Twist() in velocities(scene.port)
-    again[0].join(WAIT_S)
 
 
 def test_where_no_daemon_is_nobody_is_reached(tmp_path: Path) -> None:
