@@ -32,7 +32,7 @@ from hvcpd.coordination.addressing import answer_slots, note_presence, whose_tur
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
-from hvcpd.coordination.peers import PeerDistance, Peers, team_of
+from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -207,11 +207,6 @@ class Coordination:
     def timed(self, asker: str, ticks: int | None, now: float) -> None:
         """Tell a robot that asked how far this one is the interval (see `ranging`); None: it could not be measured."""
         ranging.tell(self.knowledge, asker, ticks, now)
-
-    def ranged(self, name: str, away: PeerDistance) -> None:
-        """Note the distance of a peer."""
-        if (peer := self.peers.get(name)) is not None:
-            peer.away = away
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""

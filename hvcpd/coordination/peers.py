@@ -16,17 +16,6 @@ def name_hash(name: str, salt: int) -> int:
     return zlib.crc32(f"{salt}/{name}".encode())
 
 
-@dataclass(frozen=True)
-class PeerDistance:
-    """The distance of a peer measured at `at_s`, m, and its standard deviation; not `sure`: perhaps an echo was
-    measured, or a robot moved."""
-
-    distance_m: float
-    deviation_m: float
-    sure: bool
-    at_s: float
-
-
 @dataclass
 class Peer:
     """A robot or person who was heard. Times are seconds of the sample clock; -inf: never."""
@@ -58,8 +47,6 @@ class Peer:
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
     """The tasks that it said it cannot do."""
-    away: PeerDistance | None = None
-    """Measured by sound, if it ever was."""
     is_person: bool = False
     """It has been heard in no robot's voice, and has named no team: it takes no orders."""
 

@@ -15,7 +15,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.chatter import is_noisy
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.entry import DONE, Entry
-from hvcpd.coordination.peers import Peer, PeerDistance
+from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.place_state import PlaceState
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
@@ -29,6 +29,7 @@ from hvcpd.hardware.stop_button import StopButton
 from hvcpd.language.phrasebook import WORDS
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL
+from hvcpd.robot.records import RangeRecord
 from hvcpd.robot.robot import Robot
 
 
@@ -158,7 +159,7 @@ def _conversation(body: Body) -> dict[str, Any]:
         "task": {"number": task.number, "name": task.name} if task is not None else None,
         "tasks": dict(Counter("left_out" if _is_left_out(entry) else entry.state for entry in c.board.entries())),
         "places": [_place(each, now) for each in c.knowledge.places],
-        "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
+        "peers": [_peer(peer, robot) for peer in c.peers.all()],
     }
 
 
@@ -191,19 +192,20 @@ def _place(p: PlaceState, now: float) -> dict[str, Any]:
     }
 
 
-def _peer(peer: Peer, is_present: bool, now: float) -> dict[str, Any]:
+def _peer(peer: Peer, robot: Robot) -> dict[str, Any]:
+    now, away = robot.now, robot.measures.distances.get(peer.name.lower())
     return {
         "name": peer.name,
         "team": peer.team,
-        "present": is_present,
+        "present": robot.coordination.peers.is_present(peer.name, now),
         "heard_ago_s": round(now - peer.last_heard_s, 1),
         "confidence": round(peer.confidence, 3),
         "snr_db": round(peer.snr_db, 1) if peer.snr_db is not None else None,
-        "away": _away(peer.away, now) if peer.away is not None else None,
+        "away": _away(away, now) if away is not None else None,
     }
 
 
-def _away(away: PeerDistance, now: float) -> dict[str, Any]:
+def _away(away: RangeRecord, now: float) -> dict[str, Any]:
     return {
         "distance_m": round(away.distance_m, 3),
         "deviation_m": round(away.deviation_m, 3),

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hvcpd.coordination.commands import SURE
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.peers import PeerDistance
 from hvcpd.language.messages import Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
@@ -23,6 +22,8 @@ class Measures:
 
     ranging: Ranging
     mouth_of: Callable[[str], Mouth]
+    distances: dict[str, RangeRecord] = field(default_factory=dict)
+    """The last distance of each robot, by its name in lower case."""
 
     def said(self, latency_s: float, coordination: Coordination, now: float) -> None:
         """The robot's own sentence was just heard, `latency_s` after it was played."""
@@ -31,8 +32,8 @@ class Measures:
             coordination.timed(timed.asker, timed.ticks, now)
 
     def understood(
-        self, utterance: Utterance, event: Recognised, book: Phrasebook, coordination: Coordination, now: float
-    ) -> list[RangeRecord]:
+        self, utterance: Utterance, event: Recognised, book: Phrasebook, now: float
+    ) -> tuple[RangeRecord, ...]:
         """Another robot's sentence was understood; returns the distance that follows from it, if one does. One that is
         less than SURE does not count: a misheard digit would be another distance."""
 
@@ -44,6 +45,7 @@ class Measures:
         sure = event.confidence >= SURE
         found = self.ranging.understood(utterance, event.start_sample, render) if sure else None
         if found is None or utterance.speaker is None:
-            return []
-        coordination.ranged(utterance.speaker, PeerDistance(found.distance_m, found.deviation_m, found.sure, now))
-        return [RangeRecord(now, utterance.speaker, found.distance_m, found.deviation_m, found.sure)]
+            return ()
+        record = RangeRecord(now, utterance.speaker, found.distance_m, found.deviation_m, found.sure)
+        self.distances[record.peer.lower()] = record
+        return (record,)

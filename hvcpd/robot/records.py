@@ -80,7 +80,8 @@ class HoldRecord:
 
 @dataclass(frozen=True)
 class RangeRecord:
-    """The robot has measured how far `peer` is; see `coordination.peers.PeerDistance`."""
+    """The robot has measured how far `peer` is, m, with this standard deviation; not `sure`: perhaps it measured an
+    echo, or somebody moved."""
 
     at_s: float
     peer: str

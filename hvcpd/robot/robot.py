@@ -75,7 +75,7 @@ class Robot:
         self._barge_in = barge_in
         self._sealing = sealing
         self.expect(voices)
-        self._measures = measures
+        self.measures = measures
         self._voice = OwnVoice(acoustics, own_delay)
         self._n_heard = 0
         self._busy = False
@@ -111,7 +111,7 @@ class Robot:
 
     def disturb(self) -> None:
         """Sound was lost or late until now: it does not show whose voice or name it is, nor that it is not its own."""
-        self._measures.ranging.lost(self._n_heard)
+        self.measures.ranging.lost(self._n_heard)
         self._barge_in.disturb()
         self._disturbed_until_s = self.now
 
@@ -226,7 +226,7 @@ class Robot:
     def _finish_speaking(self) -> None:
         if self._voice.finished(self.now):
             self.coordination.spoken(self.now)
-            self._measures.said(self._voice.latency_s, self.coordination, self.now)
+            self.measures.said(self._voice.latency_s, self.coordination, self.now)
 
     def _set_channel(self, busy: bool, muted: bool, now: float) -> None:
         self.coordination.mute(muted)
@@ -262,7 +262,7 @@ class Robot:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s, event.source is Source.PEOPLE)
-            self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
+            self._records += self.measures.understood(utterance, event, self.phrasebook, now)
 
     def _hold(self, event: KeywordEvent, detector: object, now: float) -> None:
         """Stand still at once for a possible "stop", whoever its addressee; go on if it was none, otherwise stay."""
@@ -341,7 +341,7 @@ class Robot:
         utterance = say.utterance
         speech = delivered(self._slow_mouth if say.slowly else self._mouth, say, self.phrasebook)
         duration_s = len(speech) / SAMPLE_RATE_HZ
-        self._measures.ranging.say(utterance, speech, self._n_heard)
+        self.measures.ranging.say(utterance, speech, self._n_heard)
         self._voice.begin(speech, self.phrasebook.render(utterance), now)
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)

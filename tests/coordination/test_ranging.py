@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -56,15 +55,3 @@ def test_the_owner_may_have_it_asked_but_may_not_have_intervals_said() -> None:
     to = m.ToRobot("Bot")
     assert rob.say(m.Utterance("Rob", to, None, m.HowFarAway()), 20.0) is None
     assert rob.say(m.Utterance("Rob", to, None, m.Measured(1, 2)), 20.0) is not None
-
-
-def test_a_distance_is_kept_with_the_peer() -> None:
-    mission = idle()
-    mission.hear(40.0, QUESTION)
-    mission.air.run_until(50.0)
-    rob, away = mission.robots["Rob"], PeerDistance(2.5, 0.02, True, 50.0)
-    rob.ranged("Anna", away)
-    rob.ranged("nobody", away)
-    anna = rob.peers.get("anna")
-    assert anna is not None
-    assert anna.away == away

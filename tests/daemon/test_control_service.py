@@ -14,13 +14,13 @@ from structlog.testing import capture_logs
 from hvcpd import __version__
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.control.live.status_screen import memory_faults, status_screen
-from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.place_state import WAITS_S, PlaceState
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
+from hvcpd.robot.records import RangeRecord
 from tests.daemon.control_bench import control, talking
 from tests.daemon.test_sound_service import Clock, Streams
 
@@ -89,7 +89,7 @@ async def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
             "away": None,
         }
         robot = bench.bench.robot
-        robot.coordination.ranged("Bot", PeerDistance(2.31416, 0.0243, False, robot.now - 3.0))
+        robot.measures.distances["bot"] = RangeRecord(robot.now - 3.0, "Bot", 2.31416, 0.0243, False)
         again = (await talk.say(b'{"command": "status"}\n'))["result"]["peers"][0]
         assert again["away"] == {"distance_m": 2.314, "deviation_m": 0.024, "sure": False, "ago_s": 3.0}
         assert shown_away(again) == "2.31 ± 0.02 m, unsure"

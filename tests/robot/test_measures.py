@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Sequence
 
 import pytest
 
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role
-from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 from hvcpd.language.range_messages import measured
 from hvcpd.ports import Samples
@@ -36,16 +33,13 @@ def test_a_distance_follows_from_what_was_surely_said_as_robots_say_it(
 ) -> None:
     """A misheard digit would be another distance, and nobody knows the samples of a person's "hello"."""
     book = make_phrasebook(("Rob", "Bot"), ("plant",), TaskRepository(()))
-    rob, coordination = Asker(), Coordination(Role("Rob", "plant"), (), random.Random(1))
+    rob = Asker()
     measures, records = Measures(rob.ranging, lambda _: Mouth()), list[RangeRecord]()
     rob.asks()
     for statement in (m.Measuring(), measured(interval(3.0))):
         said, start = m.Utterance("Bot", m.ToRobot("Rob"), None, statement), rob.hear(VOICE)
         words = (greeting, *book.render(said)[1:])
         event = Recognised(words, "oak", start, start + LENGTH, confidence, 20.0, ())
-        coordination.heard(said, 1.0)
-        records += measures.understood(book.parse(words), event, book, coordination, 1.0)
+        records += measures.understood(book.parse(words), event, book, 1.0)
     assert [record.peer for record in records] == (["Bot"] if counts else [])
-    bot = coordination.peers.get("Bot")
-    assert bot is not None
-    assert (bot.away is not None) is counts
+    assert [*measures.distances] == (["bot"] if counts else [])

@@ -13,7 +13,6 @@ from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import make_sound, user_cache_folder
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
-from hvcpd.coordination.peers import PeerDistance
 from hvcpd.ports import Samples
 from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.robot.records import RangeRecord, Record
@@ -59,9 +58,8 @@ class Pair:
         assert rob.coordination.say(rob.phrasebook.parse_text("Hi Bot, I am Rob, how far are you"), rob.now) is None
 
     @property
-    def away(self) -> PeerDistance | None:
-        peer = self.robots[0].coordination.peers.get("Bot")
-        return peer.away if peer is not None else None
+    def away(self) -> RangeRecord | None:
+        return self.robots[0].measures.distances.get("bot")
 
 
 @pytest.mark.parametrize("distance_m", [2.0, 10.0])
