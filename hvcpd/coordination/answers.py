@@ -21,21 +21,21 @@ LISTS_OF_TWO = 2
 
 
 def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
-    if heard.speaker is None or not isinstance(heard.to, m.ToRobot):
+    if not isinstance(heard.to, m.ToRobot):
         return
     if not is_for_me_alone(me, heard.to):
-        _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
-    elif _confirms_read_back(me, heard.speaker, s):
+        _note_confirmed(me, heard, heard.to.name, s)
+    elif _confirms_read_back(me, heard.name, s):
         changing.take_order(me, heard.now)
         fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
     elif any(teaming.confirmed(me, heard, entry.number, s.complete) for entry in me.board.known(s.tasks)):
         return
-    elif _is_meant(me, heard.speaker, s):
+    elif _is_meant(me, heard.name, s):
         for entry in (me.board[number] for number in me.report.tasks if me.board[number].is_shared):
             if s.complete:
                 me.board.complete(entry.number, me.role.name)
             elif entry.known_done:
-                objecting.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
+                objecting.tell_done(me, heard.name, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         slots = confirming_slot(me, heard.now)
         me.current.objected_s = heard.now + me.timing.reply_gap_s + slots * me.timing.slot_s
@@ -46,16 +46,16 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         if not is_open and me.state not in (State.READING_BACK, State.READ_BACK):
             fire(me, Trigger.CONFIRMED, heard.now)
     elif s.complete:
-        _note_told(me, heard, heard.speaker, s)
+        _note_told(me, heard, s)
     else:
         teaming.forget_part(me, s.tasks)
 
 
-def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> None:
+def _note_told(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     """A robot that knows tells this one, which may have listed tasks for several robots as left, that they are done."""
     for entry in me.board.known(s.tasks):
         if entry.is_shared:
-            claims.note_done(me, speaker, entry.number, heard.now, whole=True)
+            claims.note_done(me, heard.name, entry.number, heard.now, whole=True)
 
 
 def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
@@ -80,14 +80,14 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     return bool(waiting) and {ref.number for ref in s.tasks}.issuperset(waiting)
 
 
-def _note_confirmed(me: Knowledge, heard: Heard, speaker: str, owner: str, s: m.Confirmed) -> None:
+def _note_confirmed(me: Knowledge, heard: Heard, owner: str, s: m.Confirmed) -> None:
     """Another robot's claim or report was confirmed, or that it has given the task up."""
     numbers = {entry.number for entry in me.board.known(s.tasks)}
     for number in sorted(numbers):
         if m.TaskByNumber(number) in heard.given_up:
             me.board.give_up(number, owner)
         else:
-            _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, heard.now)
+            _note_one_confirmed(me, heard.name, owner, number, s.complete, numbers, heard.now)
 
 
 def _note_one_confirmed(
@@ -123,14 +123,14 @@ def _note_one_confirmed(
 
 def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
     _take_report_back(me, heard)
-    if heard.speaker is None or not isinstance(heard.to, m.ToRobot):
+    if not isinstance(heard.to, m.ToRobot):
         return
     last, partner = me.claim_heard, me.current.partner
     if is_for_me_alone(me, heard.to):
         is_said = me.current.task is not None or me.current.motion is not None
         claims_one = partner is None and is_said and me.state in PROPOSING
-        by_people = partner is not None and all(map(me.may_be_person, (partner, heard.speaker)))
-        if by_people and me.state in AT_WORK and me.is_person(heard.speaker):
+        by_people = partner is not None and all(map(me.may_be_person, (partner, heard.name)))
+        if by_people and me.state in AT_WORK and me.is_person(heard.name):
             changing.take_order_back(me, heard.now)
         elif claims_one or by_people or me.is_partner(heard.speaker):
             fire(me, Trigger.DENIED, heard.now)
@@ -170,7 +170,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
     This is believed from two robots, if neither has it from the other, from one that repeats it often, or at once from
     one whose words are sealed, because those cannot be misheard.
     """
-    now, speaker = heard.now, heard.speaker
+    now, speaker = heard.now, heard.name
     me.floor.withdraw("left")
     if isinstance(heard.to, m.ToRobot) and (peer := me.peers.get(heard.to.name)) is not None:
         peer.told = False
@@ -178,7 +178,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         entry = me.board.find(m.TaskByNumber(number))
         if entry is not None and entry.state == DONE and entry.hearsay:
             me.board.reopen(number)
-        elif entry is not None and entry.known_done and entry.owner is not None and speaker is not None:
+        elif entry is not None and entry.known_done and entry.owner is not None:
             objecting.tell_done(me, speaker, entry, now)  # more may be left than fits in a list
     if not s.more:
         for entry in me.board.entries():
@@ -200,7 +200,7 @@ def _is_unheard(me: Knowledge, entry: Entry) -> bool:
     return is_open and not entry.known_to and me.role.volunteer and not me.lacks(entry)
 
 
-def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
+def _note_left_out(me: Knowledge, entry: Entry, speaker: str, now: float) -> None:
     number, sealed = entry.number, me.role.speech.sealed
     is_remembered = entry.since_s == NEVER_S  # the claim is from before this robot was switched on
     if entry.state == DONE:
@@ -208,7 +208,7 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
         if sealed or entry.said_by != speaker or entry.times_said >= lists:
             me.board.complete(number, entry.owner)
-    elif speaker is not None and entry.state == CLAIMED and entry.owner == speaker:
+    elif entry.state == CLAIMED and entry.owner == speaker:
         claims.note_done(me, speaker, number, now, whole=True)  # it was asked before it could report
     elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None or is_remembered:
         if entry.owner == me.role.name:

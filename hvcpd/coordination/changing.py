@@ -66,14 +66,14 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
 
 def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     """Another speaker wants a change, or passes one on."""
-    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
+    entry, speaker, now = me.board.find(s.task), heard.name, heard.now
     if entry is None:
         if s.count is None:
             _do_not_know(me, speaker, s.task, now)
         return
     if s.count is not None:
         _compare(me, heard, entry, s.skip, s.count)
-    elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
+    elif s.skip and entry.known_done and not entry.skipped:
         objecting.tell_done(me, speaker, entry, now)
     elif s.skip and me.acts(entry.number):
         objecting.say_it_is_mine(me, speaker, entry.number, now)
@@ -84,17 +84,15 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
             return
         if not entry.change or not _is_applied(entry, s.skip):
             _take(me, entry, count, s.skip, now)
-        if speaker is not None and has_read_back:
-            claims.contend(me, heard, speaker, (s.task,), not entry.is_shared)
+        if has_read_back:
+            claims.contend(me, heard, (s.task,), not entry.is_shared)
         _answer(me, speaker, entry, now)
 
 
-def _do_not_know(me: Knowledge, name: str | None, ref: m.TaskRef, now: float) -> None:
+def _do_not_know(me: Knowledge, name: str, ref: m.TaskRef, now: float) -> None:
     """Tell a speaker that asks all for a task, unless another robot knows it, or says so first."""
-    if name is not None:
-        slot = UNSURE_SLOTS + me.rank(name, 0, now)
-        words = commands.not_known(ref)
-        composing.answer(me, name, composing.answer_topic(name), words, now, slot, call=name, tentative=True)
+    slot, words = UNSURE_SLOTS + me.rank(name, 0, now), commands.not_known(ref)
+    composing.answer(me, name, composing.answer_topic(name), words, now, slot, call=name, tentative=True)
 
 
 def take_order(me: Knowledge, now: float) -> None:
@@ -127,7 +125,7 @@ def replace_tasks(me: Knowledge, tasks: Iterable[TaskDefinition], now: float) ->
         me.do(SaveChange(number, 0, False))
 
 
-def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:
+def _has_read_back(me: Knowledge, name: str, entry: Entry) -> bool:
     """Whether a speaker who asks for a task is a robot that was ordered to do it: it has just claimed it."""
     last = me.claim_heard
     return last is not None and last.speaker == name and entry.number in last.before
@@ -141,7 +139,7 @@ def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
     elif entry is not None:
         changed(me, heard, m.Change(m.TaskByNumber(entry.number)))
     else:
-        _do_not_know(me, heard.speaker, s.task, heard.now)
+        _do_not_know(me, heard.name, s.task, heard.now)
 
 
 def _is_applied(entry: Entry, skip: bool) -> bool:
@@ -160,7 +158,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
         schedule.open_anew(me, entry, now, is_due=True)  # the coming one, which has begun for a clock that is ahead
-    if skip and count == entry.change + 1 and _is_done_by_another(entry, heard.speaker):
+    if skip and count == entry.change + 1 and _is_done_by_another(entry, heard.name):
         me.board.change(number, count, False)  # who did it had missed that it was to be left out
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
@@ -172,18 +170,18 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         else:
             _take(me, entry, count, skip, now)
             if skip and not entry.skipped:
-                tell(me, heard.speaker, entry, now)  # it was begun before a robot said that it is left out
+                tell(me, heard.name, entry, now)  # it was begun before a robot said that it is left out
         return
-    if count == entry.change and differs and skip and entry.owner == heard.speaker and entry.known_done:
+    if count == entry.change and differs and skip and entry.owner == heard.name and entry.known_done:
         me.board.change(number, count, True)  # it was believed to have done it, and knows better
     elif count < entry.change or (differs and skip and not entry.known_done):
-        tell(me, heard.speaker, entry, now)
-    elif not entry.skipped and entry.known_done and heard.speaker and (entry.owner != heard.speaker or entry.is_shared):
-        objecting.tell_done(me, heard.speaker, entry, now)
+        tell(me, heard.name, entry, now)
+    elif not entry.skipped and entry.known_done and (entry.owner != heard.name or entry.is_shared):
+        objecting.tell_done(me, heard.name, entry, now)
     _note_said(me, number, now)
 
 
-def _is_done_by_another(entry: Entry, name: str | None) -> bool:
+def _is_done_by_another(entry: Entry, name: str) -> bool:
     """Whether it is known which robot did a task, once and for all, and it is not this speaker."""
     return entry.known_done and not (entry.skipped or entry.recurs) and entry.owner not in (None, name)
 
@@ -244,19 +242,19 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
     me.reconsider(now)
 
 
-def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
+def tell(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """Another robot has missed the last change."""
     number = entry.number
-    slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
+    slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other, number, now)
     shared, topic = shares_slot(me, slot, now), f"change {number}"
     composing.answer(me, other, topic, composing.change(entry), now, slot, call=other, tentative=shared)
 
 
-def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
+def _answer(me: Knowledge, name: str, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
     """One robot answers the person who wanted a change, with its number, so that others learn the number too; or says
     that it has just begun at what is to be left out."""
     number, change = entry.number, composing.change(entry)
-    slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
+    slot = me.rank(name, number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
     if entry.state == CLAIMED:  # the robot that has it may have begun
         slot = OWNER_SLOT if me.current.task == number else slot + 1
 
@@ -264,11 +262,11 @@ def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: 
         has_begun = change.skip and me.acts(number)
         return composing.to_asker(me, name, m.Working(change.task) if has_begun else change)
 
-    topic, call = f"change {number}", (name or "").lower()
+    topic, call = f"change {number}", name.lower()
     me.floor.want(Intent(Urgency.ANSWER, topic, compose, None, slot, call, tentative=True, on_said=on_said), now)
 
 
-def _offer(me: Knowledge, name: str | None, entry: Entry, count: int, skip: bool, now: float) -> None:
+def _offer(me: Knowledge, name: str, entry: Entry, count: int, skip: bool, now: float) -> None:
     """Make the change once this robot says so to the person, or hears another one say so: a robot that has misheard
     which task is meant hears of another one."""
     entry.rumoured_change = count, now

@@ -33,39 +33,36 @@ HEARD_SURELY = 2
 
 
 def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
-    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
-    if speaker is None:
-        return
-    peer, number = me.peers.get(speaker), entry.number if entry is not None else None
+    entry, now = me.board.find(s.task), heard.now
+    peer, number = me.peers.get(heard.name), entry.number if entry is not None else None
     if s.also is None and commands.answers_order(me, heard):
         fire(me, Trigger.RIGHT if number is not None and number == me.current.task else Trigger.WRONG, now)
     elif is_for_me_alone(me, heard.to) and peer is not None and number is not None and peer.assigned == number:
-        confirm_at_once(me, speaker, now)  # the confirmation was lost
+        confirm_at_once(me, heard.name, now)  # the confirmation was lost
     else:
-        _settle(me, heard, speaker, s.tasks, False)
+        _settle(me, heard, s.tasks, False)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
-    if heard.speaker is not None:
-        _settle(me, heard, heard.speaker, (s.task,), True)
+    _settle(me, heard, (s.task,), True)
 
 
-def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool) -> None:
+def _settle(me: Knowledge, heard: Heard, refs: Sequence[m.TaskRef], at_work: bool) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, refs, heard.now)
     unknown = _unknown_of(me, refs)
     knows_none = len(unknown) == len(refs)
-    good = contend(me, heard, other, refs, at_work)
+    good = contend(me, heard, refs, at_work)
     if unknown and (good or knows_none):
-        _tell_unknown(me, heard, other, unknown)
+        _tell_unknown(me, heard, unknown)
     if not good or unknown:
         return
     me.board[good[0]].distance_m = bidding.stated_m(heard)
     is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
     if bidding.would_bid(me, heard, me.board[good[0]]):
-        bidding.bid(me, other, me.board[good[0]], heard.now)
+        bidding.bid(me, heard.name, me.board[good[0]], heard.now)
     elif not (unsure and is_first) and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
-        _confirm_in_turn(me, other, good, heard.now)
+        _confirm_in_turn(me, heard.name, good, heard.now)
 
 
 def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bool:
@@ -84,27 +81,27 @@ def _unknown_of(me: Knowledge, refs: Iterable[m.TaskRef]) -> list[m.TaskRef]:
     return [ref for ref in refs if me.board.find(ref) is None]
 
 
-def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
+def _tell_unknown(me: Knowledge, heard: Heard, refs: Sequence[m.TaskRef]) -> None:
     """This robot has not heard of a task that another one announces to many, and so does not object; robots that know
     the task speak first."""
-    ref, now = refs[0], heard.now
+    ref, other, now = refs[0], heard.name, heard.now
     if isinstance(ref, m.TaskByNumber) and not isinstance(heard.to, m.ToRobot) and me.state not in NEWCOMER:
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, ref.number, now)
         composing.answer(me, other, f"confirm {other}", m.Unknown(ref), now, slot, call=other, tentative=True)
 
 
-def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
+def contend(me: Knowledge, heard: Heard, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
     """Another robot takes or has these tasks: returns the numbers of those that this robot knows, none if it objects to
     one."""
     entries = me.board.known(refs)
-    _note_claim(me, other, entries, heard.now)
-    teaming.moved_on(me, other, [entry.number for entry in entries], heard.now)
-    good = [_contend_one(me, heard, other, entry, other_at_work) for entry in entries]
+    _note_claim(me, heard.name, entries, heard.now)
+    teaming.moved_on(me, heard.name, [entry.number for entry in entries], heard.now)
+    good = [_contend_one(me, heard, entry, other_at_work) for entry in entries]
     return tuple(entry.number for entry in entries) if all(good) else ()
 
 
-def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
-    number, now = entry.number, heard.now
+def _contend_one(me: Knowledge, heard: Heard, entry: Entry, other_at_work: bool) -> bool:
+    number, other, now = entry.number, heard.name, heard.now
     knows_better = entry.owner != other or entry.is_shared or (entry.recurs and me.clock_s is not None)
     if _reads_back(me, heard, entry):
         return False  # it is not open before the speaker says that it was asked for
@@ -116,7 +113,7 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         objecting.deny(me, other, number, entry.owner, slot, now)
         return False
     if entry.is_shared:
-        teaming.contend(me, heard, other, entry, other_at_work)
+        teaming.contend(me, heard, entry, other_at_work)
         return False
     if number in me.my_tasks() and me.state in PROPOSING | AT_WORK:
         outbid = bidding.is_bid(heard) and is_for_me_alone(me, heard.to) and me.state in PROPOSING
@@ -204,13 +201,11 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 
 
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
-    speaker, now = heard.speaker, heard.now
+    speaker, now = heard.name, heard.now
     upon = tuple(entry.number for entry in me.board.known(s.tasks))
     claimed = s.claim.tasks if s.claim is not None else ()
-    if speaker is None:
-        return
     if not upon:  # it knows nothing of what is reported
-        _settle(me, heard, speaker, claimed or s.tasks, False)
+        _settle(me, heard, claimed or s.tasks, False)
         return
     objected = [number for number in upon if _is_objection(me, speaker, number, now)]
     for number in objected:
@@ -223,14 +218,14 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     if sure and s.count is not None and me.clock_s is None and entry.recurs and entry.owner == speaker:
         entry.change = s.count  # for this occurrence; of its own one, a robot may have misheard the task
     if me.board.known(claimed):
-        upon = contend(me, heard, speaker, claimed, False)
+        upon = contend(me, heard, claimed, False)
     unknown = _unknown_of(me, (*claimed, *s.tasks))
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
     elif not sure and not doubt and not objected and len(me.peers.present(now)) <= SMALL_TEAM:
         composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
     elif unknown and upon:
-        _tell_unknown(me, heard, speaker, unknown)  # nor does it object to the rest (`answers._unknown`)
+        _tell_unknown(me, heard, unknown)  # nor does it object to the rest (`answers._unknown`)
     elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objected):
         _confirm_in_turn(me, speaker, upon, now, sure)
     me.reconsider(now)
@@ -296,8 +291,8 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
 
 
 def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
-    entry, name, now = me.board.find(s.task), heard.speaker, heard.now
-    if entry is None or name is None:
+    entry, name, now = me.board.find(s.task), heard.name, heard.now
+    if entry is None:
         return
     number = entry.number
     # by one that said so before, or by this robot; a robot that cannot do it refuses the coordinator's next order

@@ -35,8 +35,8 @@ FREE = states_with(Trigger.ORDER)
 
 
 def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
-    name, entry = heard.speaker, me.board.find(s.task)
-    if name is None or not is_for_me_alone(me, heard.to):
+    name, entry = heard.name, me.board.find(s.task)
+    if not is_for_me_alone(me, heard.to):
         return
     number = entry.number if entry is not None else None
     same = entry is not None and me.current.task == number and me.is_partner(name)
@@ -147,7 +147,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     """A motion moves one robot: the one addressed, or, if that is nobody in particular, the only one there."""
     name, now = heard.speaker, heard.now
     others = me.expected(now) if now < me.acquaintance.all_heard_s else me.peers.present(now)
-    is_alone = set(others) <= {(name or "").lower()}
+    is_alone = set(others) <= {heard.name.lower()}
     if not is_for_me_alone(me, heard.to) and not (is_alone and isinstance(heard.to, m.ToAll | None)):
         return
     same = me.current.motion == s
@@ -170,7 +170,7 @@ def _answering(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance])
 
     def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
         if is_for(me, heard.to):
-            slot = 0 if is_for_me_alone(me, heard.to) else me.rank(heard.speaker or "", 0, heard.now)
+            slot = 0 if is_for_me_alone(me, heard.to) else me.rank(heard.name, 0, heard.now)
             me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, heard.speaker), slot=slot), heard.now)
 
     return reaction
@@ -181,9 +181,9 @@ def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
     alone, asker = is_for_me_alone(me, heard.to), heard.speaker
     if not is_for(me, heard.to) or (me.state in NEWCOMER and not alone):
         return
-    name, peer = asker or "", me.peers.get(asker)
+    peer = me.peers.get(asker)
     told = peer is not None and peer.told
-    slot = 0 if alone else len(me.peers.present(heard.now)) if told else me.rank(name, 0, heard.now)
+    slot = 0 if alone else len(me.peers.present(heard.now)) if told else me.rank(heard.name, 0, heard.now)
     if peer is not None:
         peer.assigned = None  # a robot that asks for the remaining tasks no longer has an order
 
@@ -191,9 +191,8 @@ def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
         if peer is not None:
             peer.told = True
 
-    answer = Intent(
-        Urgency.ANSWER, "left", lambda: composing.left(me, asker), slot=slot, call=name.lower(), on_said=on_said
-    )
+    call = heard.name.lower()
+    answer = Intent(Urgency.ANSWER, "left", lambda: composing.left(me, asker), slot=slot, call=call, on_said=on_said)
     me.floor.want(answer, heard.now)
 
 

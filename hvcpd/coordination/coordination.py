@@ -126,7 +126,7 @@ class Coordination:
             return
         given_up = utterance.statement.given_up if isinstance(utterance.statement, m.ConfirmedAnd) else ()
         for part in m.parts(utterance):
-            schedule.heard(me, part.speaker, part.statement, now)
+            schedule.heard(me, part.speaker or "", part.statement, now)
             hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up, began_s))
         only_hearsay = me.board.changed and not me.board.not_done()  # it asks while somebody is there to answer
         if (only_hearsay or me.timer_s == math.inf) and not me.board.all_done:

@@ -71,16 +71,14 @@ def _note_namesake(me: Knowledge, now: float) -> None:
 
 
 def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
-    if heard.speaker is None:
-        return
     if me.current.task is not None and me.state in AT_WORK and not _is_answer(me, heard):
-        teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on again
+        teaming.gone(me, heard.name, me.current.task, heard.now)  # it has been switched on again
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
     if isinstance(heard.to, m.ToRobot | m.ToTeam):  # an answer, or an introduction
-        wants_answer = is_for_me_alone(me, heard.to) and _may_be_a_persons(me, heard.speaker, heard.now)
+        wants_answer = is_for_me_alone(me, heard.to) and _may_be_a_persons(me, heard.name, heard.now)
     else:
-        wants_answer = not _answers_who_is_here(me, heard.speaker, heard.now)
+        wants_answer = not _answers_who_is_here(me, heard.name, heard.now)
         me.acquaintance.called_s = heard.now
     if wants_answer:
         _introduce(me, heard.speaker, heard.now)
@@ -119,7 +117,7 @@ def _spelled(me: Knowledge, heard: Heard, s: m.Spelled) -> None:
     me.acquaintance.strangers = True
     if not s.ask:
         _greeting(me, heard, s)
-    elif heard.speaker is not None and must_spell_for(me, heard.speaker, heard.now):
+    elif must_spell_for(me, heard.name, heard.now):
         _introduce(me, heard.speaker, heard.now)
 
 
@@ -152,9 +150,7 @@ def _who_here(me: Knowledge, heard: Heard, _: m.WhoHere) -> None:
 
 def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     """A robot that has halted, or leaves, has given its task back."""
-    name = heard.speaker
-    if name is None:
-        return
+    name = heard.name
     for entry in me.board.entries():
         teaming.gone(me, name, entry.number, heard.now)
         if entry.owner == name:

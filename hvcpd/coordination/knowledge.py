@@ -309,6 +309,11 @@ class Heard:
         return self.utterance.speaker
 
     @property
+    def name(self) -> str:
+        """The speaker's name, without which people say nothing but stop, resume, motions and questions."""
+        return self.utterance.speaker or ""
+
+    @property
     def to(self) -> m.Addressee | None:
         return self.utterance.addressee
 

@@ -39,7 +39,7 @@ def deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, n
     )
 
 
-def say_it_is_mine(me: Knowledge, other: str | None, number: int, now: float) -> None:
+def say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
     """Object as the robot that has the task, or that has just done it when its turn comes."""
     entry, ref = me.board[number], m.TaskByNumber(number)
 

@@ -22,7 +22,7 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             outdated = [entry for entry in me.board.known(said.tasks) if _is_old(me, heard, entry, said, doer)]
             for entry in outdated:
                 by_doer = isinstance(said, m.Confirmed) and not (entry.is_shared or doer == me.role.name)
-                changing.tell(me, doer if by_doer else heard.speaker, entry, now)
+                changing.tell(me, doer if by_doer and doer else heard.name, entry, now)
             return _without(heard, said, [entry.number for entry in outdated])
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
             if not me.is_partner(heard.speaker):  # otherwise it denies a read-back
@@ -69,13 +69,13 @@ def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bo
         return _is_outdated(me, entry, name, None)
     last = me.repair.last_said
     told = last.addressee if last is not None and m.own_words(last.statement) == composing.change(entry) else None
-    answers = told in (m.ToAll(), m.ToRobot(heard.speaker or "")) and is_for_me_alone(me, heard.to)
+    answers = told in (m.ToAll(), m.ToRobot(heard.name)) and is_for_me_alone(me, heard.to)
     return entry.is_changed and not entry.known_done and name not in entry.parts and not answers
 
 
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
     if me.board[number].is_changed or (me.current.task == number and schedule.is_just_due(me.board[number], heard.now)):
-        changing.tell(me, heard.speaker, me.board[number], heard.now)
+        changing.tell(me, heard.name, me.board[number], heard.now)
 
 
 def _is_outdated(me: Knowledge, entry: Entry, doer: str | None, count: int | None) -> bool:

@@ -17,10 +17,9 @@ DRIVES = UNDER_WAY | {State.MOVING, State.RETURNING}
 
 
 def asked(me: Knowledge, heard: Heard, _: m.HowFarAway) -> None:
-    if heard.speaker is None or not is_for_me_alone(me, heard.to):
-        return
-    answer = m.CannotMeasure() if me.state in DRIVES else m.Measuring()
-    composing.answer(me, heard.speaker, _topic(heard.speaker), answer, heard.now)
+    if is_for_me_alone(me, heard.to):
+        answer = m.CannotMeasure() if me.state in DRIVES else m.Measuring()
+        composing.answer(me, heard.name, _topic(heard.name), answer, heard.now)
 
 
 def tell(me: Knowledge, asker: str, ticks: int | None, now: float) -> None:

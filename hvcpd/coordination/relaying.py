@@ -117,8 +117,8 @@ def direct(me: Knowledge, heard: Heard) -> Heard:
 
 def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
     """Another robot's words: a report is noted as its speaker's, who denies it if it never said so."""
-    inner, name, now = s.statement, heard.speaker, heard.now
-    if not isinstance(inner, m.Completed) or (entry := me.board.find(inner.task)) is None or name is None:
+    inner, name, now = s.statement, heard.name, heard.now
+    if not isinstance(inner, m.Completed) or (entry := me.board.find(inner.task)) is None:
         return
     number, alone = entry.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():

@@ -242,8 +242,8 @@ def find(me: Knowledge, name: str) -> PlaceState | None:
 
 def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     """Another robot asks for a place: give it, refuse it, or give it again."""
-    p, name, now = find(me, s.place), heard.speaker, heard.now
-    if p is None or name is None:
+    p, name, now = find(me, s.place), heard.name, heard.now
+    if p is None:
         return
     if is_for_me_alone(me, heard.to) and not p.gave:  # otherwise the other one does not know that it was given on
         _note_given(me, p, now)
@@ -281,9 +281,9 @@ def _refuse(me: Knowledge, p: PlaceState, name: str, now: float) -> None:
 def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     """A robot gives the place to another."""
     p, now = find(me, s.place), heard.now
-    if p is None or heard.speaker is None or not isinstance(heard.to, m.ToRobot):
+    if p is None or not isinstance(heard.to, m.ToRobot):
         return
-    p.waiting.pop(heard.speaker, None)  # it has been inside
+    p.waiting.pop(heard.name, None)  # it has been inside
     if is_for_me_alone(me, heard.to):
         _note_given(me, p, now)
         if p.keeper == me.role.name and p.queue(now) and not p.using:
@@ -315,11 +315,11 @@ def _say_taken(me: Knowledge, p: PlaceState, name: str | None, now: float) -> No
 def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
     """Another robot has the place: a robot that is not inside yields."""
     p, now = find(me, s.place), heard.now
-    if p is None or heard.speaker is None or p.inside:  # both are inside: too late
+    if p is None or p.inside:  # both are inside: too late
         return
     p.using, p.tell_s = False, math.inf
-    p.waiting.pop(heard.speaker, None)
-    p.is_taken_by(heard.speaker, now)
+    p.waiting.pop(heard.name, None)
+    p.is_taken_by(heard.name, now)
     if s.stands:
         p.lease_end_s = now + me.timing.absent_s
     _wait(me, p, now + p.pause_s(me.rng.random(), now))
@@ -328,11 +328,11 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
     """A robot has left the place, and gives it to whichever robot asks."""
     p, now = find(me, s.place), heard.now
-    if p is None or heard.speaker is None or p.using:
+    if p is None or p.using:
         return
-    p.waiting.pop(heard.speaker, None)
+    p.waiting.pop(heard.name, None)
     if p.keeper != me.role.name:
-        p.keep(heard.speaker, now)
+        p.keep(heard.name, now)
         _wait(me, p, now)
 
 

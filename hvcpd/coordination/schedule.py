@@ -62,7 +62,7 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
     entry.change, entry.due_s = number, due_s
 
 
-def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now: float) -> None:
+def heard(me: Knowledge, speaker: str, statement: m.Statement | None, now: float) -> None:
     """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
     own = m.own_words(statement)
     reports = own.tasks if isinstance(own, m.Completed) else ()
@@ -85,12 +85,11 @@ def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> 
         entry.done_s = now
 
 
-def _note_open(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
+def _note_open(me: Knowledge, entry: Entry, speaker: str, now: float) -> None:
     if entry.state == DONE and may_be_due(me, entry, now):
         me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
         open_anew(me, entry, now, is_due=True)
-    if speaker is not None:
-        entry.known_to |= {speaker}
+    entry.known_to |= {speaker}
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:

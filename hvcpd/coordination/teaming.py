@@ -28,9 +28,9 @@ SLOTS = 2
 """If two robots each believe that a third does the task with them, both answer it at once, but not repeatedly."""
 
 
-def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
+def contend(me: Knowledge, heard: Heard, entry: Entry, other_at_work: bool) -> None:
     """Another robot claims a task for several robots, or is at its place."""
-    number, now = entry.number, heard.now
+    number, other, now = entry.number, heard.name, heard.now
     entry.failed_by -= {other}
     me.expire(now)
     if me.role.name in entry.parts_before and not _is_in(me, number):
@@ -130,8 +130,8 @@ def settle(me: Knowledge, now: float) -> None:
 def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
     """Another robot tells this robot that it joins its current task, or that the task is `complete`. Returns whether
     that is a task for several robots."""
-    entry, now, other = me.board[number], heard.now, heard.speaker
-    if not entry.is_shared or other is None or not _is_in(me, number):
+    entry, now, other = me.board[number], heard.now, heard.name
+    if not entry.is_shared or not _is_in(me, number):
         return False
     if complete and me.state is not State.ACTING:
         me.board.complete(number, me.role.name, hearsay=me.state in AT_WORK)
