@@ -110,6 +110,6 @@ def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:
     return OTHERS_SLOT + min(rank, OBJECTORS - 1)
 
 
-def shares_slot(me: Knowledge, slot: int, now: float) -> bool:
+def shares_slot(me: Knowledge, slot: int | None, now: float) -> bool:
     """Whether other robots may object in this slot, too: then the first voice counts as the objection of all."""
-    return len(me.expected(now)) > OBJECTORS and OTHERS_SLOT < slot < confirming_slot(me, now)
+    return len(me.expected(now)) > OBJECTORS and OTHERS_SLOT < (slot or 0) < confirming_slot(me, now)

@@ -220,7 +220,7 @@ def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
     """A robot does not know the task: an order is refused, and there is no objection to a claim or a report."""
     entry = me.board.find(s.task)
     if commands.answers_order(me, heard):
-        commands.unable(me, heard, s)
+        fire(me, Trigger.REFUSED, heard.now)
     elif entry is not None:
         entry.is_new_to_others = True
         own, number = me.my_tasks() if me.state in PROPOSING else (), entry.number

@@ -14,7 +14,7 @@ from dataclasses import replace
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination import claims, commands, composing, objecting, schedule
 from hvcpd.coordination.actions import SaveChange
-from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
+from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
 from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -246,8 +246,7 @@ def tell(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """Another robot has missed the last change."""
     number = entry.number
     slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other, number, now)
-    shared, topic = shares_slot(me, slot, now), f"change {number}"
-    composing.answer(me, other, topic, composing.change(entry), now, slot, call=other, tentative=shared)
+    composing.answer(me, other, f"change {number}", composing.change(entry), now, slot, call=other)
 
 
 def _answer(me: Knowledge, name: str, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:

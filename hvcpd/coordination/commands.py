@@ -108,15 +108,14 @@ def answers_order(me: Knowledge, heard: Heard) -> bool:
     return ordered and heard.speaker == me.current.partner and is_for_me_alone(me, heard.to)
 
 
-def unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
-    if answers_order(me, heard):
-        fire(me, Trigger.REFUSED, heard.now)
+def _order_ends(trigger: Trigger) -> Reaction:
+    """A reaction to an answer that ends this robot's order."""
 
+    def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
+        if answers_order(me, heard):
+            fire(me, trigger, heard.now)
 
-def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
-    """Do not ask again for a while a robot that is busy or does not believe this robot's order."""
-    if me.state is State.ORDERED and answers_order(me, heard):
-        fire(me, Trigger.GAVE_UP, heard.now)
+    return reaction
 
 
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
@@ -197,9 +196,9 @@ def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
 
 
 REACTIONS: Reactions = {
-    m.Unable: unable,
-    m.Busy: _gives_up,
-    m.Distrusted: _gives_up,
+    m.Unable: _order_ends(Trigger.REFUSED),
+    m.Busy: _order_ends(Trigger.GAVE_UP),  # it is not asked again for a while
+    m.Distrusted: _order_ends(Trigger.GAVE_UP),
     m.Stop: stop,
     m.Resume: _resume,
     m.ComeBack: _move,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from hvcpd.coordination.addressing import must_spell_for
+from hvcpd.coordination.addressing import must_spell_for, shares_slot
 from hvcpd.coordination.entry import Entry, spoken_name
 from hvcpd.coordination.floor import AHEAD, LEFT_ALONE, OWN_TURN, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
@@ -28,10 +28,6 @@ def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utter
     return utterance(me, m.ToRobot(name) if name else m.ToAll(), statement)
 
 
-def to_partner(me: Knowledge, statement: m.Statement) -> m.Utterance | None:
-    return to_asker(me, me.current.partner, statement) if me.current.partner else None
-
-
 def answer(
     me: Knowledge,
     name: str | None,
@@ -45,10 +41,12 @@ def answer(
     still: Callable[[], bool] = lambda: True,
     on_said: Callable[[], None] = nothing,
 ) -> None:
-    """Request the floor to answer a speaker (None: everybody), if the statement is `still` true then; see `Intent`."""
+    """Request the floor to answer a speaker (None: everybody), if the statement is `still` true then; see `Intent`. In
+    a slot that others share, every answer is tentative."""
     said, key = to_asker(me, name, statement), call.lower() if call is not None else None
+    gives_way = tentative or shares_slot(me, slot, now)
     intent = Intent(
-        Urgency.ANSWER, topic, lambda: said if still() else None, None, slot, key, tentative=tentative, on_said=on_said
+        Urgency.ANSWER, topic, lambda: said if still() else None, None, slot, key, tentative=gives_way, on_said=on_said
     )
     me.floor.want(intent, now)
 
@@ -225,13 +223,15 @@ def left(me: Knowledge, asker: str | None) -> m.Utterance:
 
 
 def read_back(me: Knowledge) -> m.Utterance | None:
-    if me.current.motion is not None:
-        return to_asker(me, me.current.partner, m.WillMove(me.current.motion))
-    return to_partner(me, m.Claim(me.current.task_ref)) if me.current.task_ref is not None else None
+    partner, motion, ref = me.current.partner, me.current.motion, me.current.task_ref
+    if motion is not None:
+        return to_asker(me, partner, m.WillMove(motion))
+    return to_asker(me, partner, m.Claim(ref)) if ref is not None else None
 
 
 def order(me: Knowledge) -> m.Utterance | None:
-    return to_partner(me, m.Order(me.current.task_ref)) if me.current.task_ref is not None else None
+    ref = me.current.task_ref
+    return to_asker(me, me.current.partner, m.Order(ref)) if ref is not None else None
 
 
 def _my_task(me: Knowledge) -> m.TaskByName:

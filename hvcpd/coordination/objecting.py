@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hvcpd.coordination import composing
-from hvcpd.coordination.addressing import OWNER_SLOT, objection_slot, shares_slot
+from hvcpd.coordination.addressing import OWNER_SLOT, objection_slot
 from hvcpd.coordination.conversation import QuotedReport
 from hvcpd.coordination.entry import CLAIMED, Entry
 from hvcpd.coordination.floor import Intent, Urgency
@@ -26,16 +26,9 @@ def deny_for_third(me: Knowledge, other: str, entry: Entry, now: float) -> None:
 
 def deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
     """Object for another robot, if that robot still has the task, or may have done it, when this robot's turn comes."""
+    topic = f"deny {number}"
     composing.answer(
-        me,
-        other,
-        f"deny {number}",
-        m.Negative(),
-        now,
-        slot,
-        call=other,
-        tentative=shares_slot(me, slot, now),
-        still=lambda: me.board[number].owner == owner,
+        me, other, topic, m.Negative(), now, slot, call=other, still=lambda: me.board[number].owner == owner
     )
 
 
@@ -67,5 +60,5 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
             statement = m.Confirmed(m.TaskByNumber(number), complete=True)
         elif doer is not None:
             me.report_quoted = QuotedReport(doer, number, now)
-    shared, topic = shares_slot(me, slot, now), f"done {number}"
-    composing.answer(me, to, topic, statement, now, slot, call=other, tentative=shared, still=lambda: entry.known_done)
+    topic = f"done {number}"
+    composing.answer(me, to, topic, statement, now, slot, call=other, still=lambda: entry.known_done)

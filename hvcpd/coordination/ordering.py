@@ -52,28 +52,28 @@ def choose_order(me: Knowledge, now: float) -> None:
 
 
 def want_confirmation(me: Knowledge, now: float) -> None:
-    if me.current.partner is not None:
-        me.board.claim(me.my_task(), me.current.partner, me.lease_end_s(now))
-        peer = me.peers.get(me.current.partner)
-        if peer is not None:
-            peer.assigned = me.my_task()
-        me.acquaintance.calls = 0
-    effects.want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
+    me.board.claim(me.my_task(), me.current.partner, me.lease_end_s(now))
+    if (peer := me.peers.get(me.current.partner)) is not None:
+        peer.assigned = me.my_task()
+    me.acquaintance.calls = 0
+    _want_to_answer(me, m.Confirmed(), now)
 
 
 def want_denial(me: Knowledge, now: float) -> None:
-    effects.want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
+    _want_to_answer(me, m.Negative(), now)
+
+
+def _want_to_answer(me: Knowledge, words: m.Statement, now: float) -> None:
+    effects.want_turn(me, lambda me: composing.to_asker(me, me.current.partner, words), now, Urgency.ANSWER)
 
 
 def note_refusal(me: Knowledge, now: float) -> None:
-    peer = me.peers.get(me.current.partner)
-    if peer is not None:
+    if (peer := me.peers.get(me.current.partner)) is not None:
         peer.unable |= {me.my_task()}
     effects.rest(me, now)
 
 
 def note_silence(me: Knowledge, now: float) -> None:
-    peer = me.peers.get(me.current.partner)
-    if peer is not None:
+    if (peer := me.peers.get(me.current.partner)) is not None:
         peer.silent_until_s = now + me.timing.silent_peer_s
     effects.rest(me, now)
