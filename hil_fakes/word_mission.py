@@ -37,6 +37,7 @@ from hvcpd.coordination.actions import (
     Talk,
 )
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 STEP_S = 5.0
@@ -117,6 +118,22 @@ class WordMission:
                 air.run_until(air.now + plan.settle_s)
                 break
         return self.result(ended_s)
+
+    def go_on(self, until_s: float) -> None:
+        """Run until that time; what was done to robots directly takes effect first."""
+        self.air.refresh()
+        self.air.run_until(until_s)
+
+    def run_until(self, is_so: Callable[[], object], step_s: float = 0.1, limit_s: float = 3600.0) -> None:
+        """Run in steps until it is so. Raises TimeoutError if it is not by `limit_s`."""
+        while not is_so():
+            if self.air.now >= limit_s:
+                raise TimeoutError(f"not so by {limit_s:.0f} s")
+            self.air.run_until(self.air.now + step_s)
+
+    def until(self, name: str, state: State, step_s: float = 0.1, limit_s: float = 3600.0) -> None:
+        """Run until a robot is in that state."""
+        self.run_until(lambda: self.robots[name].state is state, step_s, limit_s)
 
     def _all_done(self) -> bool:
         return all(r.board.all_done for r in self.robots.values())

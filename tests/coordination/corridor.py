@@ -6,7 +6,6 @@ from hil_fakes.word_mission import WordPlan
 from hil_fakes.word_traffic import TrafficMission
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
-from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
@@ -43,15 +42,8 @@ class Corridor(TrafficMission):
         kinds = m.PlaceWanted | m.PlaceGiven | m.PlaceTaken | m.PlaceFree
         return [self.book.write(u) for _, _, u in self.said if isinstance(u.statement, kinds)]
 
-    def until(self, state: State, name: str) -> None:
-        while self.robots[name].state is not state:
-            assert self.air.now < 300.0
-            self.air.run_until(self.air.now + 0.25)
-
     def until_inside(self, name: str) -> None:
-        while not self.robots[name].knowledge.places[0].inside:
-            assert self.air.now < 300.0
-            self.air.run_until(self.air.now + 0.25)
+        self.run_until(lambda: self.robots[name].knowledge.places[0].inside, 0.25)
 
 
 def heard(

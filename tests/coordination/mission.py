@@ -6,6 +6,8 @@ from collections import defaultdict
 
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Tend
+from hvcpd.coordination.actions import Say
+from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -85,6 +87,17 @@ class Watched(WordMission):
                 others = {other for _, other in acts if other != name}
                 told = {other for other in others if self.was_told(name, other, task.number, at_s)}
                 assert len(told) >= task.robots - 1, (task.number, name, at_s, acts)
+
+
+def next_sentence(robot: Coordination, now: float = 0.0) -> tuple[m.Utterance, float]:
+    """What a robot says next, without any answer until then, and when it has said so."""
+    while True:
+        now = max(now, robot.next_deadline())
+        robot.tick(now)
+        for action in robot.actions(now):
+            if isinstance(action, Say):
+                robot.spoken(now + 3.0)
+                return action.utterance, now + 3.0
 
 
 def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:

@@ -50,20 +50,13 @@ def test_nobody_stands_for_long_where_the_air_is_free() -> None:
     assert usual_s < 15.0
 
 
-def until(mission: Mission, state: State, name: str = "Bot") -> None:
-    while mission.robots[name].state is not state:
-        assert mission.air.now < 600.0
-        mission.air.run_until(mission.air.now + 0.25)
-
-
 def claimed_ahead(**plan: object) -> tuple[Mission, int, int]:
     """A mission in which Bot, on its way to one task, has just claimed another one; the two."""
     mission = two(**plan)
     bot = mission.robots["Bot"].knowledge
-    while bot.current.ahead is None or mission.air.speaking:
-        mission.air.run_until(mission.air.now + 0.05)
-        assert mission.air.now < 100.0
-    return mission, bot.my_task(), bot.current.ahead
+    mission.run_until(lambda: bot.current.ahead is not None and not mission.air.speaking, 0.05, 100.0)
+    first, second = bot.my_tasks()
+    return mission, first, second
 
 
 def test_who_was_confirmed_goes_on_without_a_pause() -> None:
@@ -71,8 +64,7 @@ def test_who_was_confirmed_goes_on_without_a_pause() -> None:
     bot = mission.robots["Bot"]
     mission.air.run_until(mission.air.now + 8.0)
     assert bot.knowledge.current.ahead_sure
-    while bot.task == first:
-        mission.air.run_until(mission.air.now + 0.05)
+    mission.run_until(lambda: bot.task != first, 0.05)
     assert (bot.state, bot.task) == (State.GOING, second)
 
 
@@ -80,8 +72,7 @@ def test_an_unconfirmed_claim_is_not_acted_on() -> None:
     mission, first, _ = claimed_ahead()
     mission.air.misses = lambda listener, _: listener == "Bot"
     bot = mission.robots["Bot"]
-    while bot.task == first:
-        mission.air.run_until(mission.air.now + 0.25)
+    mission.run_until(lambda: bot.task != first, 0.25)
     assert not bot.knowledge.current.ahead_sure
     assert bot.state is State.REPORTING
     mission.air.misses = lambda _listener, _utterance: False
@@ -92,8 +83,7 @@ def test_an_unconfirmed_claim_is_not_acted_on() -> None:
 def test_it_is_claimed_again_on_the_way_as_often_as_an_order() -> None:
     mission, first, second = claimed_ahead()
     mission.air.misses = lambda listener, _: listener == "Bot"
-    while mission.robots["Bot"].task == first:
-        mission.air.run_until(mission.air.now + 0.25)
+    mission.run_until(lambda: mission.robots["Bot"].task != first, 0.25)
     both = m.TaskByNumber(first), m.TaskByNumber(second)
     words = [m.own_words(u.statement) for _, speaker, u in mission.said if speaker == "Bot"]
     assert 2 <= sum(isinstance(s, m.Claim) and s.tasks == both for s in words) <= 3

@@ -12,11 +12,11 @@ from hil_fakes.word_body import SPEED_M_S
 from hil_fakes.word_mission import WordMission
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend
 from hvcpd.coordination import routes
-from hvcpd.coordination.actions import Perform, Role, Say
+from hvcpd.coordination.actions import Perform, Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Mission
+from tests.coordination.mission import Mission, next_sentence
 
 NAMES = ("Ada", "Zoe")
 FAR = tuple(
@@ -38,25 +38,15 @@ def hear(listener: Coordination, speaker: str, to: m.Addressee, statement: m.Sta
     listener.heard(m.Utterance(speaker, to, None, statement), now)
 
 
-def next_said(each: Coordination, now: float = 0.0) -> tuple[m.Utterance, float]:
-    while True:
-        now = max(now, each.next_deadline())
-        each.tick(now)
-        said = [action.utterance for action in each.actions(now) if isinstance(action, Say)]
-        if said:
-            each.spoken(now + 3.0)
-            return said[0], now + 3.0
-
-
 def test_the_first_claim_tells_its_way_and_a_later_one_does_not() -> None:
     ada = robot("Ada", 6.0)
     ada.knowledge.arm(0.0, 0.0)
-    said, now = next_said(ada)
+    said, now = next_sentence(ada)
     assert said.statement == m.Claim(ONE, distance_m=4)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(ONE), now)
     for _ in "there", "done":
         ada.performed(now + 20.0)
-    said, now = next_said(ada, now + 20.0)
+    said, now = next_sentence(ada, now + 20.0)
     assert said.statement == m.Completed(ONE, TWO)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(TWO), now)
     assert not ada.knowledge.floor.wants("done 1"), "its report was confirmed with the claim"
@@ -66,7 +56,7 @@ def test_the_first_claim_tells_its_way_and_a_later_one_does_not() -> None:
 def test_who_is_clearly_nearer_bids(x_m: float, bids: bool) -> None:
     zoe = robot("Zoe", x_m)
     hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=4))
-    said, _ = next_said(zoe)
+    said, _ = next_sentence(zoe)
     assert said.addressee == m.ToRobot("Ada")
     assert isinstance(said.statement, m.Claim) == bids
     assert zoe.board.owner_of_claim(1) == ("Zoe" if bids else "Ada")
@@ -75,9 +65,9 @@ def test_who_is_clearly_nearer_bids(x_m: float, bids: bool) -> None:
 def test_who_has_another_task_first_leaves_what_is_claimed() -> None:
     zoe = robot("Zoe", 29.0)
     hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=10))
-    said, now = next_said(zoe)
+    said, now = next_sentence(zoe)
     assert said.statement == m.Confirmed(ONE)
-    said, _ = next_said(zoe, now)
+    said, _ = next_sentence(zoe, now)
     assert isinstance(said.statement, m.Claim)
     assert said.statement.task == TWO
 
@@ -93,9 +83,9 @@ def test_a_bid_is_confirmed_by_a_third_robot_which_knows_then_whose_way_is_the_s
 def test_who_is_outbid_gives_way_whatever_its_name() -> None:
     ada = robot("Ada", 6.0)
     ada.knowledge.arm(0.0, 0.0)
-    _, now = next_said(ada)
+    _, now = next_sentence(ada)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, distance_m=1), now + 3.0)
-    said, _ = next_said(ada, now + 3.0)
+    said, _ = next_sentence(ada, now + 3.0)
     assert ada.board.owner_of_claim(1) == "Zoe"
     assert m.parts(said)[0].statement == m.Confirmed(ONE)
 
@@ -103,7 +93,7 @@ def test_who_is_outbid_gives_way_whatever_its_name() -> None:
 def test_a_bid_does_not_halt_who_is_on_its_way() -> None:
     ada = robot("Ada", 6.0)
     ada.knowledge.arm(0.0, 0.0)
-    _, now = next_said(ada)
+    _, now = next_sentence(ada)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(ONE), now + 1.0)
     assert any(isinstance(action, Perform) for action in ada.actions(now + 1.0))
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, distance_m=1), now + 5.0)
@@ -116,7 +106,7 @@ def test_a_claim_that_was_confirmed_is_not_outbid() -> None:
     zoe = robot("Zoe", 11.0, roster=(*NAMES, "Max"))
     hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=10))
     hear(zoe, "Max", m.ToRobot("Ada"), m.Confirmed(ONE), 3.0)
-    said, _ = next_said(zoe)
+    said, _ = next_sentence(zoe)
     assert said.statement == m.Claim(TWO, distance_m=10)
 
 
@@ -185,5 +175,5 @@ def test_a_task_that_is_done_on_the_spot_is_near() -> None:
     zoe.sensed(here=Place(3.0, 0.0))
     zoe.knowledge.state = State.READY
     hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=4))
-    said, _ = next_said(zoe)
+    said, _ = next_sentence(zoe)
     assert isinstance(said.statement, m.Claim)

@@ -91,8 +91,7 @@ def test_what_is_being_carried_out_is_not_left_out_and_is_dropped_when_it_is_gon
     mission = Mission(("Rob",), plants(2), ("Anna",), seed=1)
     mission.holds_motion = True
     rob = mission.robots["Rob"]
-    while rob.state is not State.GOING:
-        mission.air.run_until(mission.air.now + 1.0)
+    mission.until("Rob", State.GOING, 1.0)
     rob.performed(mission.air.now)
     assert rob.state is State.ACTING
     assert rob.task is not None
@@ -231,8 +230,7 @@ def test_what_was_wanted_of_one_that_was_switched_off_before_others_heard_it_is_
     run_until(mission, AGAIN_S)
     mission.air.misses = lambda listener, _: listener == "Bot"
     assert mission.robots["Rob"].change(2, False, AGAIN_S) is None
-    mission.air.refresh()
-    mission.air.run_until(AGAIN_S + 15.0)
+    mission.go_on(AGAIN_S + 15.0)
     mission.fail(Outage("Rob", mission.air.now, 20.0))
     mission.air.misses = lambda *_: False
     run_until(mission, AGAIN_S + LATER_S)
@@ -269,8 +267,7 @@ def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission = Mission(("Rob",), plants(3), seed=1)
     rob = mission.robots["Rob"]
     mission.air.run_until(60.0)
-    while rob.state is not State.GOING:
-        mission.air.run_until(mission.air.now + 1.0)
+    mission.until("Rob", State.GOING, 1.0)
     number = rob.task
     rob.retask([task for task in plants(3) if task.number != number], mission.air.now)
     mission.air.refresh()
@@ -362,8 +359,7 @@ def test_a_task_that_others_do_not_know_is_announced_by_its_number() -> None:
     rob = mission.robots["Rob"]
     rob.retask((*plants(2), seven), AGAIN_S)
     mission.air.refresh(("Rob",))
-    while rob.state is not State.GOING:
-        mission.air.run_until(mission.air.now + 1.0)
+    mission.until("Rob", State.GOING, 1.0)
     rob.knowledge.missed.last_s = mission.air.now  # so it asks once more before it begins
     mission.air.run_until(mission.air.now + 100.0)
     assert mission.watered == {1: 1, 2: 1, 7: 1}

@@ -33,12 +33,6 @@ def far_mission(names: tuple[str, ...] = ("Rob", "Bot"), n: int = 2, **plan: obj
     return Mission(names, tasks, earshot_m=EARSHOT_M, **plan)
 
 
-def run_until(mission: Mission, name: str, state: State, limit_s: float = 600.0) -> None:
-    while mission.robots[name].state is not state:
-        assert mission.air.now < limit_s, mission.written()
-        mission.air.run_until(mission.air.now + 0.5)
-
-
 def near(a: Place, b: Place) -> bool:
     return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) < 0.5
 
@@ -62,8 +56,8 @@ def test_out_of_earshot_nothing_is_lost_and_most_missions_end() -> None:
 
 def test_who_is_not_heard_goes_back_to_where_it_was_and_reports_there() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
-    run_until(mission, "Rob", State.RETURNING)
-    run_until(mission, "Rob", State.REPORTED)
+    mission.until("Rob", State.RETURNING, 0.5)
+    mission.until("Rob", State.REPORTED, 0.5)
     assert near(mission.bodies["Rob"].at(mission.air.now), START)
     mission.run()
     assert mission.exactly_once
@@ -82,7 +76,7 @@ def test_it_goes_back_once_and_waits_there_if_nobody_is_left() -> None:
 
 def test_stop_holds_on_the_way_back_and_resume_starts_no_old_motion() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
-    run_until(mission, "Rob", State.RETURNING)
+    mission.until("Rob", State.RETURNING, 0.5)
     mission.air.run_until(mission.air.now + 5.0)
     mission.robots["Rob"].heard(m.Utterance("Eva", m.ToRobot("Rob"), None, m.Stop()), mission.air.now)
     mission.air.refresh(("Rob",))
@@ -99,7 +93,7 @@ def test_stop_holds_on_the_way_back_and_resume_starts_no_old_motion() -> None:
 
 def test_an_order_on_the_way_back_is_taken_where_it_is_heard() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
-    run_until(mission, "Rob", State.RETURNING)
+    mission.until("Rob", State.RETURNING, 0.5)
     left = next(task for task in mission.plan.tasks if not mission.watered[task.number])
     order = m.Order(m.TaskByName(left.name))
     mission.robots["Rob"].heard(m.Utterance("Bot", m.ToRobot("Rob"), None, order), mission.air.now)
@@ -110,7 +104,7 @@ def test_an_order_on_the_way_back_is_taken_where_it_is_heard() -> None:
 
 def test_what_does_not_let_it_back_makes_it_speak_where_it_is() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
-    run_until(mission, "Rob", State.RETURNING)
+    mission.until("Rob", State.RETURNING, 0.5)
     since_s = mission.air.now
     mission.bodies["Rob"].halt(since_s)
     mission.robots["Rob"].perform_failed(since_s)

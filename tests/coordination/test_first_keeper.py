@@ -36,8 +36,7 @@ def test_who_takes_itself_for_the_first_keeper_waits_if_a_voice_that_it_did_not_
     mission = Corridor(("Bot", "Rob"), (across(1),), starts=(WEST, WEST), unable={"Rob": frozenset({1})})
     mission.air.misses = lambda _listener, u: isinstance(u.statement, m.PlaceWanted | m.PlaceTaken)
     mission.robots["Bot"].knowledge.places[0].since_s = -100.0
-    while not any(isinstance(u.statement, m.PlaceWanted) for _, _, u in mission.said):
-        mission.air.run_until(mission.air.now + 0.25)
+    mission.run_until(lambda: any(isinstance(u.statement, m.PlaceWanted) for _, _, u in mission.said), 0.25)
     mission.tell(mission.said[-1][0] + 3.7, "Rob", m.Utterance("Rob", m.ToRobot("Bot"), None, answer))
     mission.air.run_until(mission.air.now + 20.0)
     assert mission.traffic.passages == passages

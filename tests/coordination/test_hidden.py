@@ -33,8 +33,7 @@ def greet_at_once(seed: int) -> Mission:
     mission = row(1, seed=seed, unable=UNABLE)
     for robot in mission.robots.values():
         robot.knowledge.arm(0.0, 2.0)
-    mission.air.refresh()
-    mission.air.run_until(60.0)
+    mission.go_on(60.0)
     return mission
 
 
@@ -72,6 +71,5 @@ def test_a_coordinator_with_nobody_to_order_finds_who_was_not_heard_to_greet(see
     mission = row(1, seed=seed, coordinator="Max", unable={"Rob": frozenset({1})})
     for robot in mission.robots.values():
         robot.knowledge.arm(0.0, 2.0)
-    mission.air.refresh()
-    mission.air.run_until(300.0)
+    mission.go_on(300.0)
     assert mission.by == {1: "Zoe"}

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.coordination.actions import Role, Say
+from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from tests.coordination.mission import Mission, plants
+from tests.coordination.mission import Mission, next_sentence, plants
 
 NAMES = ("Rob", "Bot", "Max", "Zoe", "Ada", "Kim")
 BOOK = Phrasebook(Vocabulary(NAMES, ("plant",), numbers=tuple(range(1, 13))))
@@ -69,8 +69,7 @@ def test_robots_that_do_not_know_each_others_names_greet_one_by_one() -> None:
 def test_whoever_was_left_alone_does_not_call_for_long(seed: int) -> None:
     """Somebody was heard since the claim, but has left: nobody is there to answer."""
     mission = Mission(NAMES[:2], plants(3), seed=seed)
-    while mission.robots["Rob"].task is None:
-        mission.air.run_until(mission.air.now + 0.5)
+    mission.run_until(lambda: mission.robots["Rob"].task is not None, 0.5)
     mission.leave("Rob")
     mission.run()
     told_s = next(at_s for at_s, _, u in mission.said if isinstance(u.statement, m.Leaving))
@@ -84,10 +83,6 @@ def test_whoever_greeted_and_hears_a_claim_confirms_it_with_its_own() -> None:
     bot.knowledge.state = State.MEETING
     bot.knowledge.arm(10.0, 100.0)
     bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(3))), 10.0)
-    said: list[m.Statement | None] = []
-    while not said:
-        bot.tick(bot.next_deadline())
-        said = [action.utterance.statement for action in bot.actions(11.0) if isinstance(action, Say)]
-    (both,) = said
+    both = next_sentence(bot)[0].statement
     assert isinstance(both, m.ConfirmedAnd)
     assert both.confirmed == m.Confirmed(m.TaskByNumber(3))

@@ -65,8 +65,7 @@ def test_a_doubtful_report_is_asked_for_again_whatever_is_claimed_with_it(claim:
     mission.hear(90.0, "Hi all, I am Rob")
     mission.air.run_until(110.0)
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Completed(m.TaskByNumber(1), claim)), 110.0)
-    mission.air.refresh()
-    mission.air.run_until(125.0)
+    mission.go_on(125.0)
     assert mission.written(110.0)[0] == "Hi Rob, I am Bot, say again"
 
 

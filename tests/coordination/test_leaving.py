@@ -13,8 +13,7 @@ LEAVING = "Hi all, I am Rob, I am leaving"
 
 def _until_rob_is_at_work(mission: Mission) -> int:
     rob = mission.robots["Rob"]
-    while rob.state not in AT_WORK:
-        mission.air.run_until(mission.air.now + 0.5)
+    mission.run_until(lambda: rob.state in AT_WORK, 0.5)
     return rob.knowledge.my_task()
 
 
@@ -24,8 +23,7 @@ def test_leaving_is_announced_and_frees_the_task_at_once() -> None:
     told_s = mission.air.now
     assert mission.robots["Bot"].board[task].owner == "Rob"
     mission.leave("Rob")
-    while "Rob" in mission.robots:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: "Rob" not in mission.robots)
     assert mission.written(told_s)[-1] == LEAVING
     mission.air.run_until(mission.air.now + 0.5)
     bot = mission.robots["Bot"]
@@ -51,8 +49,7 @@ def test_who_leaves_takes_no_change_of_which_it_could_tell_nobody() -> None:
 def test_what_is_finished_is_reported_before_leaving() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), seed=4)
     task = _until_rob_is_at_work(mission)
-    while mission.robots["Rob"].state is not State.REPORTING:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.until("Rob", State.REPORTING)
     told_s = mission.air.now
     mission.leave("Rob")
     result = mission.run()
@@ -66,8 +63,7 @@ def test_who_leaves_answers_nobody_any_more() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=4)
     mission.air.run_until(30.0)
     rob = mission.robots["Rob"]
-    while rob.knowledge.floor.speaking is not None or rob.knowledge.report.task is not None:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: rob.knowledge.floor.speaking is None and rob.knowledge.report.task is None)
     rob.channel(True, mission.air.now)  # somebody speaks, so that the farewell has to wait
     rob.leave(mission.air.now)
     for statement in (m.WhatLeft(), m.WhatDoing(), m.Order(m.TaskByNumber(1)), m.ComeBack()):
@@ -133,8 +129,7 @@ def test_who_leaves_passes_a_stop_for_all_on_and_then_says_farewell(speaks: bool
     mission = row(2)
     rob = mission.robots["Rob"]
     mission.leave("Rob")
-    while speaks and rob.knowledge.floor.speaking is None:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: not speaks or rob.knowledge.floor.speaking is not None)
     began_s = call(mission)
     assert stops(mission, began_s) == ["Rob", "Max", "Rob", "Max"]
     assert mission.written(began_s)[-2:] == [LEAVING, "Hi all, I am Max, I have stopped"]

@@ -36,8 +36,7 @@ def test_a_robot_that_knows_by_its_clock_what_is_done_objects_to_whoever_did_it(
     assert not bot.board[1].known_done
     bot.board.release(1)
     bot.knowledge.reconsider(now)
-    mission.air.refresh()
-    mission.air.run_until(now + 400.0)
+    mission.go_on(now + 400.0)
     assert len(mission.done) == 2
     assert bot.board[1].known_done
 
@@ -86,8 +85,7 @@ def test_a_robot_without_a_clock_believes_the_number_that_answers_its_objection(
     mission = done_for_this_hour()
     bot, now = mission.robots["Bot"], mission.air.now
     bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))), now)
-    mission.air.refresh()
-    mission.air.run_until(now + 3.0)
+    mission.go_on(now + 3.0)
     assert isinstance(mission.said[-1][2].statement, m.Completed)
     bot.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 1)), now + 8.0)
     assert not bot.board[1].known_done
@@ -217,8 +215,7 @@ def test_the_next_number_means_what_comes_also_where_clocks_differ(is_done: bool
     for speaker in ("Max", "Zoe"):
         rob.heard(m.Utterance(speaker, m.ToAll(), None, again(coming)), mission.air.now)
         assert rob.board[1].state != "done"
-    mission.air.refresh()
-    mission.air.run_until(due_s + 600.0)
+    mission.go_on(due_s + 600.0)
     assert rob.board[1].change == coming
     assert len(mission.done) == 3
 

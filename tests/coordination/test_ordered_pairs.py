@@ -16,7 +16,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.knowledge import Current, Report
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Mission, Watched, plants
+from tests.coordination.mission import Mission, Watched, next_sentence, plants
 
 NAMES = ("Rob", "Bot", "Max")
 
@@ -56,15 +56,6 @@ def ordered(state: State, *team: str) -> Coordination:
     return kim
 
 
-def next_said(robot: Coordination) -> m.Utterance:
-    """What the robot says next."""
-    said: list[m.Utterance] = []
-    while not said and (at_s := robot.next_deadline()) < 1000.0:
-        robot.tick(at_s)
-        said = [action.utterance for action in robot.actions(at_s) if isinstance(action, Say)]
-    return said[0]
-
-
 def test_a_confirmation_of_the_order_that_comes_late_does_not_begin_the_task() -> None:
     kim = ordered(State.ANNOUNCING, "Kim")
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 10.0)
@@ -102,7 +93,7 @@ def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_tog
     failed = m.Failed(m.TaskByNumber(2))
     kim = ordered(State.READY, "Max")
     kim.heard(m.Utterance("Max", m.ToAll(), None, failed), 10.0)
-    assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())
+    assert next_sentence(kim)[0] == m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())
 
     kim = ordered(State.REPORTED)
     kim.knowledge.current = Current()
@@ -156,7 +147,7 @@ def test_who_is_at_work_with_others_does_not_read_its_order_back(state: State) -
     kim = ordered(state, "Rob", "Kim")
     kim.knowledge.current.claimed_s = 5.0
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Order(m.TaskByNumber(2))), 10.0)
-    assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Busy())
+    assert next_sentence(kim)[0] == m.Utterance("Kim", m.ToRobot("Max"), None, m.Busy())
 
 
 def test_nobody_passes_on_that_another_one_did_a_part() -> None:
@@ -179,7 +170,7 @@ def test_who_only_follows_orders_asks_at_last_what_is_left() -> None:
     kim.knowledge.state, kim.knowledge.timer_s, kim.knowledge.waiting.giver = State.READY, 10.0, "Max"
     kim.board[1].failed_by = frozenset({"Max"})  # as if nobody were free to do it with Kim
     kim.heard(m.Utterance("Max", m.ToRobot("Rob"), None, m.Confirmed()), 10.0)
-    assert next_said(kim).statement == m.WhatLeft()
+    assert next_sentence(kim)[0].statement == m.WhatLeft()
 
 
 def test_who_knows_only_by_hearsay_that_all_is_done_asks_while_somebody_is_there() -> None:
@@ -190,7 +181,7 @@ def test_who_knows_only_by_hearsay_that_all_is_done_asks_while_somebody_is_there
     kim.knowledge.timer_s = 900.0
     kim.heard(m.Utterance("Lou", m.ToRobot("Kim"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 40.0)
     assert kim.board[2].hearsay
-    assert next_said(kim) == m.Utterance("Kim", m.ToAll(), None, m.WhatLeft())
+    assert next_sentence(kim)[0] == m.Utterance("Kim", m.ToAll(), None, m.WhatLeft())
     assert kim.knowledge.floor.began_s < 100.0
 
 
@@ -201,4 +192,4 @@ def test_who_gives_orders_and_has_nobody_to_ask_whether_all_is_done_calls_for_ro
     zoe.board.complete(1, "Max", hearsay=True)
     zoe.knowledge.state, now = State.READY, 10.0 + zoe.knowledge.timing.absent_s + 1.0
     zoe.knowledge.arm(now, 0.0)
-    assert next_said(zoe) == m.Utterance("Zoe", m.ToAll(), None, m.WhoHere())
+    assert next_sentence(zoe)[0] == m.Utterance("Zoe", m.ToAll(), None, m.WhoHere())

@@ -48,11 +48,6 @@ class Attended(Mission):
         self.followed[task] += robot.knowledge.current.partner in ("Anna", "Ben") and not robot.at_place
         super().perform(name, task, actions)
 
-    def until(self, name: str, state: State) -> None:
-        while self.robots[name].state is not state:
-            assert self.air.now < 3600.0, "\n".join(self.written())
-            self.air.run_until(self.air.now + 0.1)
-
     @property
     def changes_known(self) -> set[int]:
         return {robot.board[2].change for robot in self.robots.values()}

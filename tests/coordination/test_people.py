@@ -20,8 +20,7 @@ def _waiting(*names: str, **more: object) -> Mission:
 def _at_work() -> Mission:
     """One robot that has just set out to its only plant, 35 s away."""
     mission = Mission(("Rob",), plants(3)[2:], ("Anna",), seed=5)
-    while mission.robots["Rob"].state not in AT_WORK:
-        mission.air.run_until(mission.air.now + 1.0)
+    mission.run_until(lambda: mission.robots["Rob"].state in AT_WORK, 1.0)
     return mission
 
 
@@ -314,8 +313,7 @@ def test_who_gave_no_name_can_still_say_no(order: str, no: str) -> None:
     at_s = mission.air.now + 0.5
     mission.at(at_s, lambda: mission.robots["Rob"].heard(mission.book.parse_text(order), at_s, confidence=0.9))
     mission.air.run_until(at_s + 1.0)
-    mission.air.refresh()
-    mission.air.run_until(at_s + 6.0)
+    mission.go_on(at_s + 6.0)
     assert mission.robots["Rob"].state is State.READ_BACK
     _answers(mission, no, 4.0)
     assert mission.robots["Rob"].state is State.READY
@@ -325,8 +323,7 @@ def test_who_gave_no_name_can_still_say_no(order: str, no: str) -> None:
 def test_nobody_without_a_name_confirms_for_a_robot() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=5, coordinator="Bot")
     rob = mission.robots["Rob"]
-    while rob.state is not State.READ_BACK:
-        mission.air.run_until(mission.air.now + 0.5)
+    mission.until("Rob", State.READ_BACK, 0.5)
     rob.heard(m.Utterance("friend", m.ToRobot("Rob"), None, m.Confirmed()), mission.air.now)
     assert rob.state is State.READ_BACK
 

@@ -23,8 +23,7 @@ def test_a_robot_that_stands_answers_at_once_and_tells_the_interval_when_it_has_
     for at_s, ticks in ((50.0, 607), (60.0, None)):
         mission.air.run_until(at_s)
         rob.timed("Anna", ticks, mission.air.now)
-        mission.air.refresh()
-    mission.air.run_until(70.0)
+        mission.go_on(at_s + 10.0)
     assert mission.written(40.0, without=("Anna",)) == [
         "Hi Anna, I am Rob, I will measure it",
         "Hi Anna, I am Rob, I measure zero six zero seven",
@@ -34,9 +33,7 @@ def test_a_robot_that_stands_answers_at_once_and_tells_the_interval_when_it_has_
 
 def test_a_robot_that_drives_does_not_measure() -> None:
     mission = Mission(("Rob",), plants(3), ("Anna",), seed=1)
-    while mission.robots["Rob"].state is not State.GOING:
-        mission.air.run_until(mission.air.now + 0.25)
-        assert mission.air.now < 100.0
+    mission.until("Rob", State.GOING, 0.25, 100.0)
     mission.hear(began_s := mission.air.now + 0.5, QUESTION)
     mission.air.run_until(began_s + 8.0)
     assert "Hi Anna, I am Rob, I cannot measure it" in mission.written(began_s, without=("Anna",))

@@ -111,8 +111,7 @@ def test_a_robot_that_may_not_be_the_only_one_makes_no_motion_for_nobody_in_part
     """Two that had just been switched on, and had not heard each other yet, both took themselves for the only one."""
     mission = Mission(("Rob", "Bot"), plants(1), ("Anna",), seed=5, coordinator="Nobody", late={"Bot": 9000.0})
     mission.holds_motion = True
-    while mission.robots["Rob"].state is not State.MEETING:
-        mission.air.run_until(mission.air.now + 0.5)
+    mission.until("Rob", State.MEETING, 0.5)
     rob, turn = mission.robots["Rob"], m.Utterance(None, None, None, m.TurnBy(90.0))
     rob.heard(turn, mission.air.now)
     assert rob.state is State.MEETING

@@ -125,8 +125,7 @@ def test_once_a_clock_that_was_two_days_ahead_is_right_again_each_time_is_done_o
     right_s = mission.air.now
     for name in clocks:
         mission.robots[name].set_clock(plan.begin_s, right_s)
-    mission.air.refresh()
-    mission.air.run_until(right_s + 6 * HOUR_S)
+    mission.go_on(right_s + 6 * HOUR_S)
     assert len([at_s for at_s, _, _ in mission.done if at_s > right_s]) == 6
 
 
@@ -157,8 +156,7 @@ def test_what_is_still_open_just_before_it_is_due_again_is_done_for_its_own_occu
     rob, before = mission.robots["Rob"], len(mission.done)
     rob.board.reopen(1)
     rob.knowledge.reconsider(mission.air.now)
-    mission.air.refresh()
-    mission.air.run_until(due_s + 600.0)
+    mission.go_on(due_s + 600.0)
     assert len(mission.done) == before + 2
 
 
@@ -228,8 +226,7 @@ def test_what_is_to_be_done_more_often_from_now_on_is_due_at_its_own_next_time()
     mission.air.run_until(HOUR_S)
     for robot in mission.robots.values():
         robot.reconfigure(HOUR_S, robot.role, EVERY_HOUR[:1])
-    mission.air.refresh()
-    mission.air.run_until(3.0 * HOUR_S)
+    mission.go_on(3.0 * HOUR_S)
     assert len(mission.done) == 4
     numbers = {EVERY_HOUR[0].every.number(BEGIN_S + 3.0 * HOUR_S)}  # type: ignore[union-attr]
     assert {robot.board[1].change for robot in mission.robots.values()} == numbers

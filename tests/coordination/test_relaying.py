@@ -155,8 +155,7 @@ def test_what_says_two_things_is_not_passed_on() -> None:
     for statement in (m.Confirmed(one, also=two), m.Completed(one, also=two), m.Claim(one, two), m.Busy()):
         now = mission.air.now
         mission.robots["Max"].heard(m.Utterance("Zoe", m.ToRobot("Rob"), None, statement), now)
-        mission.air.refresh()
-        mission.air.run_until(now + 30.0)
+        mission.go_on(now + 30.0)
         passed_on = m.Relayed("Zoe", statement) in [u.statement for u in relays(mission)]
         assert passed_on is (statement == m.Busy())
 

@@ -15,8 +15,7 @@ def _ordered() -> tuple[Mission, Coordination]:
     mission.hear(40.0, "Hi Rob, I am Anna, complete task one")
     robot = mission.robots["Rob"]
     mission.air.run_until(40.0)
-    while robot.state is not State.READ_BACK:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: robot.state is State.READ_BACK)
     return mission, robot
 
 
@@ -104,8 +103,7 @@ def test_nor_is_what_another_voice_has_drowned(said: str, again: bool) -> None:
     to = "Bot" if said.startswith("confirmed") else "all"
     rob.knowledge.repair.last_said = mission.book.parse_text(f"Hi {to}, I am Rob, {said}")
     rob.garbled(True, 60.0)
-    mission.air.refresh()
-    mission.air.run_until(70.0)
+    mission.go_on(70.0)
     assert (f"Hi {to}, I am Rob, {said}" in mission.written(60.0)) is again
 
 
@@ -113,8 +111,7 @@ def test_noise_out_of_the_blue_is_not_answered() -> None:
     mission = Mission(("Rob",), plants(1), seed=5, coordinator="Nobody")
     mission.air.run_until(60.0)
     mission.robots["Rob"].garbled(False, 60.0)
-    mission.air.refresh()
-    mission.air.run_until(90.0)
+    mission.go_on(90.0)
     assert mission.written(60.0) == []
 
 
@@ -133,14 +130,12 @@ def test_who_says_its_name_and_is_not_understood_is_told_so() -> None:
     mission.air.run_until(60.0)
     for at_s in (60.0, 68.0, 76.0, 84.0):
         mission.robots["Rob"].garbled(False, at_s, addressed=True)
-        mission.air.refresh()
-        mission.air.run_until(at_s + 8.0)
+        mission.go_on(at_s + 8.0)
     assert mission.written(60.0) == ["Hi all, I am Rob, I did not understand"] * UNCLEAR_MAX
     mission.hear(150.0, "Hi Rob, I am Anna, what are you doing")  # said again before Rob can speak, and understood
     mission.air.run_until(150.5)
     mission.robots["Rob"].garbled(False, 150.5, addressed=True)
-    mission.air.refresh()
-    mission.air.run_until(165.0)
+    mission.go_on(165.0)
     assert mission.written(150.0, without=("Anna",)) == ["Hi Anna, I am Rob, I am free"]
 
 
@@ -148,8 +143,7 @@ def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:
     mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=2)
     mission.air.run_until(20.0)
     for _ in range(3):
-        while mission.air.speaking:
-            mission.air.run_until(mission.air.now + 0.1)
+        mission.run_until(lambda: not mission.air.speaking)
         mission.speak("the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
         mission.air.run_until(mission.air.now + 10.0)
     mission.air.run_until(75.0)
@@ -176,8 +170,7 @@ def test_who_asks_to_say_again_waits_for_that_before_it_repeats_itself() -> None
     mission, robot = _ordered()
     began_s = mission.air.now
     robot.garbled(False, began_s)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 20.0)
+    mission.go_on(began_s + 20.0)
     (asked_s, _, asked), (repeated_s, _, _), *_ = [each for each in mission.said if each[0] >= began_s]
     assert asked.statement == m.SayAgain()
     assert repeated_s - asked_s > 7.0

@@ -34,9 +34,8 @@ def test_who_comes_after_waits_and_is_let_in_by_who_leaves() -> None:
 
 def test_a_place_that_was_given_is_given_again_to_who_missed_it() -> None:
     mission = Corridor(("Bot", "Rob"), (across(1),), starts=(WEST, WEST), unable={"Bot": frozenset({1})})
-    mission.until(State.GOING, "Rob")
-    while not any(isinstance(u.statement, m.PlaceWanted) for _, _, u in mission.said):
-        mission.air.run_until(mission.air.now + 0.25)
+    mission.until("Rob", State.GOING, 0.25)
+    mission.run_until(lambda: any(isinstance(u.statement, m.PlaceWanted) for _, _, u in mission.said), 0.25)
     mission.deaf["Rob"] = 2
     assert mission.run().lost == 0
     given = [text for text in mission.of_the_corridor() if "confirmed" in text]
@@ -161,7 +160,7 @@ def test_of_two_that_wait_the_first_name_asks_next(name: str, other: str, pause_
 
 def test_the_place_of_who_was_switched_off_outside_is_taken_after_silence() -> None:
     mission = Corridor(NAMES, (across(1),), starts=(WEST,) * 3, unable={n: frozenset({1}) for n in ("Bot", "Max")})
-    mission.until(State.GOING, "Rob")
+    mission.until("Rob", State.GOING, 0.25)
     mission.fail(Outage("Bot", mission.air.now, None))
     assert mission.run().lost == 0
     asked = [text for text in mission.of_the_corridor() if "use" in text]
@@ -243,9 +242,7 @@ def test_a_robot_that_stays_inside_says_so_less_and_less_and_nobody_enters(seed:
     rng = random.Random(seed)
     mission.air.misses = lambda listener, _: listener == "Bot" or rng.random() < 1 / 3
     began_s = mission.air.now
-    while mission.robots["Bot"].knowledge.places[0].inside:
-        mission.air.run_until(mission.air.now + 5.0)
-        assert mission.air.now < began_s + 2200.0
+    mission.run_until(lambda: not mission.robots["Bot"].knowledge.places[0].inside, 5.0, began_s + 2200.0)
     taken = [at_s for at_s, who, u in mission.said if who == "Bot" and isinstance(u.statement, m.PlaceTaken)]
     assert len(taken) <= 10
     assert mission.traffic.collisions == 0

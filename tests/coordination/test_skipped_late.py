@@ -35,8 +35,7 @@ def test_only_who_is_at_a_task_answers_that_it_is_not_left_out(size: int, seed: 
     rob = mission.robots[doer]
     rob.performed(began_s)
     mission.air.refresh()
-    while rob.state is not State.ACTING or mission.air.speaking:
-        mission.air.run_until(mission.air.now + 0.5)
+    mission.run_until(lambda: rob.state is State.ACTING and not mission.air.speaking, 0.5)
     asked_s, number = mission.air.now, rob.task
     assert number is not None
     said_by_anna(mission, asked_s, number, skip=True)
@@ -54,8 +53,7 @@ def test_who_begins_before_it_could_say_that_its_task_is_left_out_does_not_say_s
     asked_s, rob = mission.air.now, mission.robots["Rob"]
     rob.heard(mission.book.parse_text("Hi Rob, I am Anna, skip task one"), asked_s)
     fire(rob.knowledge, Trigger.ARRIVED_SURE, asked_s)
-    mission.air.refresh()
-    mission.air.run_until(asked_s + 5.0)
+    mission.go_on(asked_s + 5.0)
     assert mission.written(asked_s) == ["Hi Anna, I am Rob, completing task one"]
     assert not rob.board[1].skipped
 
@@ -71,8 +69,7 @@ def test_who_has_begun_when_another_robot_says_that_its_task_is_left_out_tells_i
     robot.heard(mission.book.parse_text("Hi all, I am Anna, skip task one"), asked_s)
     fire(robot.knowledge, Trigger.ARRIVED_SURE, asked_s)
     robot.heard(mission.book.parse_text(f"Hi Anna, I am {other}, skip task one, change one"), asked_s + 0.3)
-    mission.air.refresh()
-    mission.air.run_until(asked_s + 8.0)
+    mission.go_on(asked_s + 8.0)
     assert mission.written(asked_s)[0] == f"Hi {other}, I am {doer}, task one again, change one"
     assert robot.state is State.ACTING
 
@@ -100,8 +97,7 @@ def test_who_is_believed_to_have_done_what_was_left_out_says_so_and_is_believed(
     bot = mission.robots["Bot"]
     bot.board.complete(1, "Max")
     bot.heard(replace(skipped, speaker="Rob"), 0.5)
-    mission.air.refresh()
-    mission.air.run_until(LATER_S)
+    mission.go_on(LATER_S)
     said = mission.written(without=("Anna",))
     assert "Hi Rob, I am Bot, Max says, task one complete, change one" in said
     assert "Hi Bot, I am Max, skip task one, change one" in said

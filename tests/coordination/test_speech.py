@@ -94,8 +94,7 @@ def _read_back(speech: Speech | None = None) -> tuple[Mission, Coordination, lis
     slow = mission.slowly["Rob"]
     mission.hear(60.0, "Hi Rob, I am Anna, complete task one")
     robot = mission.robots["Rob"]
-    while robot.state is not State.READ_BACK:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: robot.state is State.READ_BACK)
     slow.clear()
     return mission, robot, slow
 

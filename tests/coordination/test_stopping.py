@@ -34,8 +34,7 @@ def call(mission: Mission, utterance: m.Utterance = STOP, name: str = "Rob") -> 
     """Only one robot hears it."""
     began_s = mission.air.now
     mission.robots[name].heard(utterance, began_s)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 10.0 * len(mission.robots))
+    mission.go_on(began_s + 10.0 * len(mission.robots))
     return began_s
 
 
@@ -84,8 +83,7 @@ def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
     question = m.Utterance("Rob", m.ToAll(), None, m.WhoHere())
     assert mission.robots["Rob"].say(question, mission.air.now) is None
     mission.air.refresh()
-    while not mission.air.speaking:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: mission.air.speaking)
     assert mission.said[-1][1:] == ("Rob", question)
     began_s = call(mission)
     spoke_s = [at_s for at_s, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Stop)]
@@ -102,8 +100,7 @@ def test_a_stop_for_all_that_the_owner_has_it_say_waits_for_nobody(seed: int) ->
     while rob.say(m.Utterance("Rob", m.ToAll(), None, m.WhoHere()), now) is None:
         pass
     assert rob.say(m.Utterance(None, None, None, m.Stop()), now) is None
-    mission.air.refresh()
-    mission.air.run_until(now + 1.5)
+    mission.go_on(now + 1.5)
     assert standing(mission) == set(mission.robots)
 
 
@@ -115,12 +112,10 @@ def test_a_stop_that_the_owner_has_it_say_is_said_again(to: m.Addressee | None, 
     if to is None:
         rob.stop(now)
     assert rob.say(m.Utterance(None, to, None, m.Stop()), now) is None
-    mission.air.refresh()
-    mission.air.run_until(now + 0.8)
+    mission.go_on(now + 0.8)
     if released:
         rob.resume(mission.air.now)
-        mission.air.refresh()
-    mission.air.run_until(now + 10.0)
+    mission.go_on(now + 10.0)
     assert stops(mission, now) == ["Rob"] * times
 
 
@@ -130,12 +125,10 @@ def test_a_stop_for_another_robot_does_not_wait_for_the_end_of_the_robots_own_se
     mission = Mission(("Rob", "Bot", "Max"), plants(6), seed=seed)
     rob = mission.robots["Rob"]
     mission.air.run_until(20.0)
-    while rob.knowledge.floor.speaking is None:
-        mission.air.run_until(mission.air.now + 0.05)
+    mission.run_until(lambda: rob.knowledge.floor.speaking is not None, 0.05)
     now = mission.air.now
     assert rob.say(m.Utterance(None, m.ToRobot("Bot"), None, m.Stop()), now) is None
-    mission.air.refresh()
-    mission.air.run_until(now + 1.2)
+    mission.go_on(now + 1.2)
     assert standing(mission) == {"Bot"}
     mission.hear(now + 30.0, "Bot resume")
     mission.run()
@@ -146,11 +139,9 @@ def test_a_motion_whose_read_back_is_broken_off_for_a_stop_waits_for_its_confirm
     mission = row(2)
     rob = mission.robots["Rob"]
     mission.hear(mission.air.now, "Hi Rob, I am Anna, turn left")
-    while rob.state is not State.READING_BACK or rob.knowledge.floor.speaking is None:
-        mission.air.run_until(mission.air.now + 0.05)
+    mission.run_until(lambda: rob.state is State.READING_BACK and rob.knowledge.floor.speaking is not None, 0.05)
     rob.say(m.Utterance(None, m.ToRobot("Max"), None, m.Stop()), mission.air.now)
-    mission.air.refresh()
-    mission.air.run_until(mission.air.now + 1.0)
+    mission.go_on(mission.air.now + 1.0)
     assert mission.performed == []
     mission.hear(mission.air.now + 6.0, "Hi Rob, I am Anna, confirmed")
     mission.air.run_until(mission.air.now + 12.0)
@@ -164,8 +155,7 @@ def test_a_stop_for_another_robot_is_said_although_the_robot_is_stopped_or_leave
     rob, now = mission.robots["Rob"], mission.air.now
     assert rob.say(m.Utterance(None, m.ToRobot("Max"), None, m.Stop()), now) is None
     rob.leave(now) if leaves else rob.stop(now)
-    mission.air.refresh()
-    mission.air.run_until(now + 20.0)
+    mission.go_on(now + 20.0)
     assert stops(mission, now) == ["Rob"]
     assert "Max" in standing(mission)
 
@@ -175,18 +165,15 @@ def test_who_is_stopped_does_not_repeat_the_claim_that_it_said_before(asked: boo
     """Others took it for at work on a task, and did not do it."""
     mission = Mission(("Rob", "Bot"), plants(4), seed=3)
     rob = mission.robots["Rob"]
-    while rob.state is not State.PROPOSED:
-        mission.air.run_until(mission.air.now + 0.05)
+    mission.until("Rob", State.PROPOSED, 0.05)
     now = mission.air.now
     rob.stop(now)
-    mission.air.refresh()
-    mission.air.run_until(now + 0.3)
+    mission.go_on(now + 0.3)
     if asked:
         rob.heard(m.Utterance("Bot", m.ToRobot("Rob"), None, m.SayAgain()), mission.air.now)
     else:
         rob.garbled(True, mission.air.now)
-    mission.air.refresh()
-    mission.air.run_until(now + 30.0)
+    mission.go_on(now + 30.0)
     assert not [u for at_s, who, u in mission.said if at_s > now and who == "Rob" and isinstance(u.statement, m.Claim)]
 
 
@@ -197,8 +184,7 @@ def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) ->
     mission.air.run_until(began_s + before_s)
     if before_s:
         mission.robots["Rob"].resume(mission.air.now)
-        mission.air.refresh()
-    mission.air.run_until(began_s + 300.0)
+    mission.go_on(began_s + 300.0)
     told = [at_s - began_s for at_s, _, u in mission.said if u.statement == m.Stopped(waits=True)]
     assert told == ([] if before_s else [pytest.approx(60.0, abs=3.0)])
 
@@ -235,8 +221,7 @@ def test_who_is_released_meanwhile_does_not_say_it_any_more() -> None:
     rob, began_s = mission.robots["Rob"], mission.air.now
     rob.heard(STOP, began_s)
     rob.heard(m.Utterance("Anna", m.ToAll(), None, m.Resume()), began_s + 0.1)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 30.0)
+    mission.go_on(began_s + 30.0)
     assert stops(mission, began_s) == []
     assert standing(mission) == set()
 
@@ -259,15 +244,13 @@ def test_who_was_stopped_and_is_released_repeats_nothing_of_that(after_s: float,
     mission = row(1)
     rob, began_s = mission.robots["Rob"], mission.air.now
     rob.heard(STOP, began_s)
-    mission.air.refresh()
-    mission.air.run_until(began_s + after_s)
+    mission.go_on(began_s + after_s)
     if not asked:
         rob.garbled(True, mission.air.now)
     rob.resume(mission.air.now)
     if asked:
         rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, m.SayAgain()), mission.air.now)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 30.0)
+    mission.go_on(began_s + 30.0)
     assert stops(mission, began_s) == ["Rob"] * 2
     stood = [at_s for at_s, _, u in mission.said if isinstance(u.statement, m.Stopped)]
     assert len(stood) == (after_s > 2.4)
@@ -278,11 +261,9 @@ def test_a_stop_that_something_was_said_over_is_not_said_a_third_time() -> None:
     mission = row(1)
     rob, began_s = mission.robots["Rob"], mission.air.now
     rob.heard(STOP, began_s)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 2.0)
+    mission.go_on(began_s + 2.0)
     rob.garbled(True, mission.air.now)
-    mission.air.refresh()
-    mission.air.run_until(began_s + 30.0)
+    mission.go_on(began_s + 30.0)
     assert stops(mission, began_s) == ["Rob"] * 2
 
 

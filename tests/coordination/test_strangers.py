@@ -87,6 +87,5 @@ def test_who_is_known_to_the_asker_does_not_spell() -> None:
     bot, since = mission.robots["Bot"], mission.air.now
     bot.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, m.Free()), since)
     bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Spelled("rob", ask=True)), since + RESPELL_S)
-    mission.air.refresh()
-    mission.air.run_until(since + 10.0)
+    mission.go_on(since + 10.0)
     assert mission.written(since, without=("Rob",)) == []

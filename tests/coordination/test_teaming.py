@@ -300,8 +300,7 @@ def test_the_place_of_the_first_is_kept_for_who_is_at_work() -> None:
 def test_who_says_its_name_because_it_was_asked_has_not_been_switched_on_again(said: str) -> None:
     """Rob left the task for two to Bot, who left it, too; each took the other for unable, and nobody did it."""
     mission = Mission(NAMES[:2], shared(1, work_s=60.0), ("Anna", "Max"), seed=2)
-    while not all(robot.state is State.ACTING for robot in mission.robots.values()):
-        mission.air.run_until(mission.air.now + 1.0)
+    mission.run_until(lambda: all(robot.state is State.ACTING for robot in mission.robots.values()), 1.0)
     asked_s = mission.air.now
     mission.hear(asked_s, said)
     mission.air.run_until(asked_s + 20.0)

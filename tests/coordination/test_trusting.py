@@ -9,7 +9,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_seals import WordSeals, keyed_book
-from hvcpd.coordination.actions import Role, Say
+from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -17,7 +17,7 @@ from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.trust import People, Trust
-from tests.coordination.mission import Mission, plants
+from tests.coordination.mission import Mission, next_sentence, plants
 
 KEY = TeamKey(bytes(KEY_BYTES))
 NAMES = ("Rob", "Bot")
@@ -139,9 +139,7 @@ def test_who_gave_a_code_may_confirm_while_the_robot_is_about_to_repeat_itself()
     text = f"{mission.book.write(order)}, code " + " ".join(counted_code(KEY.sheet_key, 0))
     mission.hear(mission.air.now, text, "Ann")
     rob = mission.robots["Rob"]
-    while not (rob.state is State.READING_BACK and rob.knowledge.current.repeats):
-        assert mission.air.now < 100.0
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.run_until(lambda: rob.state is State.READING_BACK and rob.knowledge.current.repeats, limit_s=100.0)
     rob.heard(m.Utterance("Ann", m.ToRobot("Rob"), None, m.Confirmed()), mission.air.now, trust=Trust.BARE)
     assert rob.state in AT_WORK
 
@@ -305,9 +303,7 @@ def test_of_an_order_that_is_said_twice_the_second_counts_if_the_seal_of_the_fir
 def test_who_is_believed_meanwhile_is_not_asked_to_say_it_again() -> None:
     rob, said = believed_late(5.0), []
     while rob.state is State.READING_BACK:
-        rob.tick(now := rob.next_deadline())
-        said += [action.utterance.statement for action in rob.actions(now) if isinstance(action, Say)]
-        rob.spoken(now + 3.0)
+        said.append(next_sentence(rob)[0].statement)
     assert said == [m.Claim(m.TaskByNumber(2))]
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from hvcpd.coordination import choosing
-from hvcpd.coordination.actions import Role, Say, Speech
+from hvcpd.coordination.actions import Role, Speech
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.entry import DONE, OPEN
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Mission, plants
+from tests.coordination.mission import Mission, next_sentence, plants
 
 NAMES = ("Rob", "Bot", "Max", "Zoe")
 NEAR = tuple(replace(task, place=None) for task in plants(8))
@@ -36,14 +36,8 @@ def hear(robot: Coordination, statement: m.Statement, now: float, to: m.Addresse
 
 
 def next_said(robot: Coordination, now: float = 0.0) -> tuple[m.Statement | None, float]:
-    """What the robot says next, without any answer until then, and when it has said so."""
-    while True:
-        now = max(now, robot.next_deadline())
-        robot.tick(now)
-        said = [action.utterance.statement for action in robot.actions(now) if isinstance(action, Say)]
-        if said:
-            robot.spoken(now + 3.0)
-            return said[0], now + 3.0
+    said, now = next_sentence(robot, now)
+    return said.statement, now
 
 
 def claimed_two() -> tuple[Coordination, float]:

@@ -78,8 +78,7 @@ def test_what_is_understood_after_the_time_for_it_still_answers_the_order(said: 
     """In noise a voice seems to end earlier than it does: the order was said again and again, and never answered."""
     mission = Mission(("Rob", "Max"), plants(2), seed=3, coordinator="Rob")
     rob = mission.robots["Rob"]
-    while rob.state is not State.ORDERED:
-        mission.air.run_until(mission.air.now + 0.1)
+    mission.until("Rob", State.ORDERED)
     current = rob.knowledge.current
     current.task, current.task_ref, current.repeats = 1, m.TaskByName("water the green rose"), 1
     fire(rob.knowledge, Trigger.TIMEOUT, mission.air.now)

@@ -93,11 +93,8 @@ WORDS = ("hi", "all", "i", "am", "rob", "member", "of", "team", "plant")
 def greeted() -> Bench:
     """A robot that has just said its name."""
     bench = Bench()
-    while not bench.robot.speaking:
-        assert bench.robot.now < 60.0
-        bench.live()
-    while bench.robot.speaking:
-        bench.live()
+    bench.until(lambda: bench.robot.speaking, 60.0)
+    bench.until(lambda: not bench.robot.speaking)
     return bench
 
 

@@ -160,10 +160,13 @@ class Bench:
         for _ in range(round(duration_s / BLOCK_S)):
             self.live()
 
-    def until_driving(self) -> None:
-        while self.wheels == STANDSTILL:
-            assert self.robot.now < 300.0
+    def until(self, is_so: Callable[[], object], limit_s: float = 300.0) -> None:
+        while not is_so():
+            assert self.robot.now < limit_s
             self.live()
+
+    def until_driving(self) -> None:
+        self.until(lambda: self.wheels != STANDSTILL)
         self.run(1.0)
 
     def resume(self) -> Recognised:
@@ -209,8 +212,7 @@ def test_a_hold_that_was_the_stop_latches() -> None:
 
 def test_who_speaks_breaks_off_and_says_stop_at_once() -> None:
     bench = Bench(Forward(2.0), mouth=Mouth(3 * SAMPLE_RATE_HZ))
-    while not bench.robot.speaking:
-        bench.live()
+    bench.until(lambda: bench.robot.speaking)
     bench.live(Urgent(0, 1))
     assert not bench.robot.speaking
     bench.run(2.0 * BLOCK_S)
@@ -222,8 +224,7 @@ def test_a_stopped_robot_breaks_off_what_it_says_to_call_stop_for_its_owner() ->
     bench = Bench(Forward(2.0), mouth=Mouth(3 * SAMPLE_RATE_HZ))
     bench.until_driving()
     bench.robot.coordination.stop(bench.robot.now)
-    while not bench.robot.speaking:
-        bench.live()
+    bench.until(lambda: bench.robot.speaking)
     for _ in range(3):  # the second and third call come while "Stop" is said
         assert bench.coordination.say(Utterance(None, statement=Stop()), bench.robot.now) is None
         bench.run(2.0 * BLOCK_S)
@@ -310,11 +311,9 @@ def test_a_hold_while_idle_leaves_no_trace() -> None:
 def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
     bench = Bench(Forward(1.0))
     overheard = bench.overheard
-    while not bench.robot.speaking:
-        bench.live()
+    bench.until(lambda: bench.robot.speaking)
     assert not overheard.begun, "before its first sentence came back it does not know when it hears itself"
-    while not overheard.begun:
-        bench.live()
+    bench.until(lambda: overheard.begun)
     assert overheard.begun == [round(bench.robot.now * SAMPLE_RATE_HZ)]
     bench.live()
     assert overheard.played == 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
@@ -332,10 +331,8 @@ def test_a_stop_that_follows_its_own_is_no_echo_of_it() -> None:
     bench = Bench(Forward(2.0))
     bench.until_driving()
     assert bench.coordination.say(Utterance(None, ToRobot("Bot"), None, Stop()), bench.robot.now) is None
-    while not bench.robot.speaking:
-        bench.live()
-    while bench.robot.speaking:
-        bench.live()
+    bench.until(lambda: bench.robot.speaking)
+    bench.until(lambda: not bench.robot.speaking)
     assert not bench.stopped
     n = round(bench.robot.now * SAMPLE_RATE_HZ)
     bench.live(Recognised(("stop",), "oak", n, n + BLOCK, 1.0, 20.0, ()))

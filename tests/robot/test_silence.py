@@ -39,9 +39,7 @@ def test_the_wheels_stand_and_the_way_is_finished_afterwards() -> None:
     deaf(bench, 120.0)
     driven_m = bench.angles[0] * 0.033
     assert 0.0 < driven_m < 0.9
-    while not bench.noted(PerformedRecord):
-        assert bench.robot.now < 400.0
-        bench.live()
+    bench.until(lambda: bench.noted(PerformedRecord), 400.0)
     assert abs(bench.angles[0] * 0.033 - 1.0) < 0.01
 
 
@@ -50,23 +48,17 @@ def test_nothing_is_said_while_deaf_nor_in_the_same_moment_as_hearing_is_back() 
     deaf(bench, 20.0)
     assert not bench.noted(SaidRecord)
     back_s = bench.robot.now
-    while not bench.noted(SaidRecord):
-        assert bench.robot.now < back_s + 30.0
-        bench.live()
+    bench.until(lambda: bench.noted(SaidRecord), back_s + 30.0)
     assert bench.robot.now - back_s > 0.3, "it listens first"
 
 
 def test_what_was_being_said_is_said_again() -> None:
     bench = Bench(Forward(1.0))
-    while not bench.robot.speaking:
-        assert bench.robot.now < 60.0
-        bench.live()
+    bench.until(lambda: bench.robot.speaking, 60.0)
     first = bench.noted(SaidRecord)[0]
     deaf(bench, 5.0)
     assert not bench.robot.speaking
-    while len(bench.noted(SaidRecord)) < 2:
-        assert bench.robot.now < 60.0
-        bench.live()
+    bench.until(lambda: len(bench.noted(SaidRecord)) > 1, 60.0)
     again = bench.noted(SaidRecord)[1]
     assert isinstance(first, SaidRecord)
     assert isinstance(again, SaidRecord)
@@ -77,11 +69,9 @@ def test_a_motion_whose_read_back_was_cut_waits_for_its_confirmation() -> None:
     """The wheels turned as soon as sound was back, and nobody had heard what the robot had understood."""
     bench = Bench(mouth=Mouth(16000))
     talk = bench.robot.coordination
-    while not (talk.board.all_done and talk.state is State.READY):
-        bench.live()
+    bench.until(lambda: talk.board.all_done and talk.state is State.READY)
     talk.heard(Utterance("Bot", ToRobot("Rob"), None, TurnBy(90.0)), bench.robot.now)
-    while not (talk.state is State.READING_BACK and bench.robot.speaking):
-        bench.live()
+    bench.until(lambda: talk.state is State.READING_BACK and bench.robot.speaking)
     deaf(bench, 1.0)
     bench.run(2.0)
     assert not bench.robot.performer.busy

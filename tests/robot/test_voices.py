@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,29 +24,20 @@ from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.robot.records import GarbledRecord, HeardRecord, SaidRecord, VoiceRecord
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.synthesis.voices import voice_for
+from tests.robot.test_hold import ScriptedEars
 
 BLOCK = np.zeros(400, np.float32)
 
 
-class Told:
+class Told(ScriptedEars):
     """A recogniser that reports one sentence in one voice."""
 
-    busy = False
-
     def __init__(self, words: str, voice: str) -> None:
+        super().__init__()
         self.event: Recognised | Garbled = Recognised(tuple(words.split()), voice, 0, 400, 0.99, 20.0, ())
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         return [self.event]
-
-    def lost(self, n_samples: int) -> list[Event]:
-        return []
-
-    def adopt(self, others: object) -> None:
-        """It tells what it tells."""
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")
