@@ -137,19 +137,19 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
             me.missed.last_s = heard.now
         ahead.denied(me, heard.now)
-    elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
-        for number, before in last.before.items():
-            _note_denied(me, number, before, heard.now)
+    elif last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
+        for before in last.before.values():
+            _note_denied(me, before, heard.now)
 
 
-def _note_denied(me: Knowledge, number: int, before: tuple[str, str | None, float], now: float) -> None:
+def _note_denied(me: Knowledge, before: Entry, now: float) -> None:
     """Another robot's claim was denied: the task is as it was `before`."""
-    entry = me.board[number]
+    entry = me.board[before.number]
     if entry.firm and not entry.is_shared:
         return  # it was confirmed, and the robot that denies it may have missed what came before
-    me.board.restore(number, before)
+    me.board.restore(before)
     if entry.state == OPEN and not entry.is_shared:  # this robot has missed, too, whose it is
-        me.board.claim(number, None, now + me.timing.denied_s)
+        me.board.claim(entry.number, None, now + me.timing.denied_s)
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:

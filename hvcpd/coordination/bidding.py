@@ -36,8 +36,8 @@ def is_bid(heard: Heard) -> bool:
 
 def would_bid(me: Knowledge, heard: Heard, entry: Entry) -> bool:
     """Whether this robot is clearly nearer to the task that was just claimed, and would do it first."""
-    number, distance_m, here, last = entry.number, stated_m(heard), me.body.here, me.claim_heard
-    was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
+    distance_m, here, before = stated_m(heard), me.body.here, me.claim_heard.before.get(entry.number)
+    was_open = before is not None and before.state == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
     able = me.role.nearest_first and not me.lacks(entry)
     if distance_m is None or here is None or not (was_open and is_free and able):

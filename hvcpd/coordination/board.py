@@ -140,12 +140,13 @@ class Board:
         self._set(number, CLAIMED, owner)
         entry.lease_end_s, entry.firm = lease_end_s, firm
 
-    def restore(self, number: int, before: tuple[str, str | None, float]) -> None:
+    def restore(self, before: Entry) -> None:
         """Revert a claim that was denied: state, owner and lease as before. A task that was done is now done by hearsay
         only, because the robot that claimed it did not know of it."""
-        if self._entries[number].state == CLAIMED:
-            self._set(number, before[0], before[1], hearsay=before[0] == DONE)
-            self._entries[number].lease_end_s = before[2]
+        entry = self._entries[before.number]
+        if entry.state == CLAIMED:
+            self._set(before.number, before.state, before.owner, hearsay=before.state == DONE)
+            entry.lease_end_s = before.lease_end_s
 
     def release(self, number: int) -> None:
         if self[number].state == CLAIMED:

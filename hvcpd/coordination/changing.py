@@ -128,7 +128,7 @@ def replace_tasks(me: Knowledge, tasks: Iterable[TaskDefinition], now: float) ->
 def _has_read_back(me: Knowledge, name: str, entry: Entry) -> bool:
     """Whether a speaker who asks for a task is a robot that was ordered to do it: it has just claimed it."""
     last = me.claim_heard
-    return last is not None and last.speaker == name and entry.number in last.before
+    return last.speaker == name and entry.number in last.before
 
 
 def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:

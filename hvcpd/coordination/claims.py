@@ -8,6 +8,7 @@ claims, and of equals the name that comes first in the alphabet; objections are 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from copy import copy
 
 from hvcpd.coordination import bidding, commands, composing, objecting, teaming
 from hvcpd.coordination.addressing import (
@@ -58,7 +59,7 @@ def _settle(me: Knowledge, heard: Heard, refs: Sequence[m.TaskRef], at_work: boo
     if not good or unknown:
         return
     me.board[good[0]].distance_m = bidding.stated_m(heard)
-    is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
+    is_first = me.claim_heard.at_s == heard.now
     if bidding.would_bid(me, heard, me.board[good[0]]):
         bidding.bid(me, heard.name, me.board[good[0]], heard.now)
     elif not (unsure and is_first) and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
@@ -138,9 +139,9 @@ def _reads_back(me: Knowledge, heard: Heard, entry: Entry) -> bool:
 
 def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
     """Remember each robot's last claim, and what was known of the task before: objections refer to that."""
-    before, last = {e.number: (e.state, e.owner, e.lease_end_s) for e in entries}, me.claim_heard
-    same = last is not None and last.speaker == other and last.before.keys() == before.keys()
-    if before and (last is None or not same or now - last.at_s > me.timing.recent_s):
+    before, last = {e.number: copy(e) for e in entries}, me.claim_heard
+    same = last.speaker == other and last.before.keys() == before.keys()
+    if before and (not same or now - last.at_s > me.timing.recent_s):
         me.claim_heard = HeardClaim(other, before, now)
 
 
@@ -258,8 +259,8 @@ def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     """Whether "task … complete" answers a robot that has just claimed that task."""
     last = me.claim_heard
     mine = number in me.my_tasks() and now - me.current.claimed_s < me.timing.recent_s
-    theirs = last is not None and number in last.before and last.speaker != speaker
-    return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
+    theirs = number in last.before and last.speaker != speaker and now - last.at_s < me.timing.recent_s
+    return mine or theirs
 
 
 def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False, hearsay: bool = False) -> bool:
@@ -272,9 +273,8 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
     if teaming.done(me, doer, number, whole, now):
         release_assignment(me, doer, number)
         return True
-    last = me.claim_heard
-    before = last.before[number][1] if last is not None and number in last.before else None
-    agrees = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    before = me.claim_heard.before.get(number, entry)
+    agrees = doer in (entry.owner, before.owner) or (me.current.task == number and doer == me.current.owner_before)
     did_part = me.role.name in entry.parts  # its partner began with it, and is done as soon
     sure = (agrees or did_part) and not hearsay
     if not sure or me.current.task == number:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from hvcpd.coordination.entry import Entry
 from hvcpd.language import messages as m
 
 NEVER_S = -math.inf
@@ -37,11 +38,11 @@ class Missed:
 
 @dataclass(frozen=True)
 class HeardClaim:
-    """A robot's claim, and the board's entry for each of its tasks before: state, owner, end of the lease."""
+    """A robot's claim, and the board's entry for each of its tasks before."""
 
-    speaker: str
-    before: Mapping[int, tuple[str, str | None, float]]
-    at_s: float
+    speaker: str = ""
+    before: Mapping[int, Entry] = field(default_factory=dict)
+    at_s: float = NEVER_S
 
 
 @dataclass(frozen=True)

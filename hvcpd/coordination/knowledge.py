@@ -145,7 +145,7 @@ class Knowledge:
     report: Report = field(default_factory=Report)
     body: Body = field(default_factory=Body)
     missed: Missed = field(default_factory=Missed)
-    claim_heard: HeardClaim | None = None
+    claim_heard: HeardClaim = field(default_factory=HeardClaim)
     """The last one: others object to it."""
     report_quoted: QuotedReport | None = None
     """The last one: its speaker may deny it."""

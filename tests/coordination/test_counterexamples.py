@@ -3,6 +3,7 @@ where that was looked into. Words and seeds lead to other missions when sentence
 """
 
 import math
+from copy import copy
 from itertools import pairwise
 
 import pytest
@@ -62,9 +63,9 @@ def test_a_denied_claim_does_not_make_a_certainty_of_hearsay() -> None:
     """Seed 2560: two tasks were lost, for who had heard once, and wrongly, that they were done told others so."""
     board = Board(plants(1), {}, 0.0)
     board.complete(1, "Leo", hearsay=True)
-    before = (board[1].state, board[1].owner, board[1].lease_end_s)
+    before = copy(board[1])
     board.claim(1, "Leo", 90.0, firm=False)
-    board.restore(1, before)
+    board.restore(before)
     assert board[1].state == DONE
     assert not board[1].known_done
 
