@@ -60,6 +60,16 @@ def claiming(name: str) -> Coordination:
     return robot
 
 
+def idle(name: str, owner: str | None = None) -> Coordination:
+    """A robot of that team that is free; `owner` has task one."""
+    robot = claiming(name)
+    robot.knowledge.state, robot.knowledge.current.task = State.READY, None
+    robot.board.release(1)
+    if owner is not None:
+        robot.board.claim(1, owner, 60.0)
+    return robot
+
+
 def hear(listener: Coordination, speaker: str, to: str, statement: m.Statement) -> None:
     listener.heard(m.Utterance(speaker, m.ToRobot(to), None, statement), 10.0)
 
@@ -154,9 +164,7 @@ def test_a_claimant_that_may_have_missed_a_bid_confirms_the_claims_of_other_task
 def test_who_hears_a_denial_leaves_the_task_to_whoever_has_it(denied: bool) -> None:
     """Rob had missed whose task it was, heard that Zoe was denied it, and claimed it at once; and Zoe confirmed that
     (seed 1106809 of the missions over days)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.release(1)
+    bot = idle("Bot")
     bot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 9.0)
     if denied:
         hear(bot, "Max", "Zoe", m.Negative())
@@ -168,9 +176,7 @@ def test_who_hears_a_denial_leaves_the_task_to_whoever_has_it(denied: bool) -> N
 
 def test_a_denial_does_not_undo_a_claim_that_was_confirmed() -> None:
     """Bot had missed that Ada failed, and denied her task to Zoe, who had been confirmed (seed 1119223)."""
-    kim = claiming("Kim")
-    kim.knowledge.state, kim.knowledge.current.task = State.READY, None
-    kim.board.release(1)
+    kim = idle("Kim")
     kim.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 8.0)
     hear(kim, "Rob", "Zoe", m.Confirmed(ONE))
     hear(kim, "Bot", "Zoe", m.Negative())
@@ -191,9 +197,7 @@ def test_who_hears_a_claim_confirmed_of_a_task_that_another_robot_has_objects() 
 
 def test_who_knows_whose_a_task_is_by_a_confirmation_objects_for_a_robot_that_it_never_heard() -> None:
     """Three robots knew so whose the task was, and it was done twice (seed 32042)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.release(1)
+    bot = idle("Bot")
     hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
     bot.heard(m.Utterance("Ada", m.ToTeam("plant"), None, m.Claim(ONE)), 15.0)
     assert bot.board[1].owner == "Kim"
@@ -244,9 +248,7 @@ def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
 
 def test_a_confirmed_failure_is_no_confirmation_of_a_claim() -> None:
     """Bot took the task for Kim's for minutes, and others heard that it was (seed 722022 of the missions over days)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Kim", 60.0)
+    bot = idle("Bot", owner="Kim")
     bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Failed(ONE)), 9.0)
     hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
     assert bot.board[1].state == OPEN
@@ -254,9 +256,7 @@ def test_a_confirmed_failure_is_no_confirmation_of_a_claim() -> None:
 
 def test_who_confirms_a_task_and_claims_it_itself_confirms_a_failure() -> None:
     """Bot had missed that Ada failed, and denied the task to all for minutes (seed 806390)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Kim", 60.0)
+    bot = idle("Bot", owner="Kim")
     hear(bot, "Zoe", "Kim", m.ConfirmedAnd(m.Confirmed(ONE), m.Claim(ONE)))
     assert (bot.board[1].owner, bot.board[1].failed_by) == ("Zoe", {"Kim"})
     assert not bot.knowledge.floor.wants("deny 1")
@@ -273,9 +273,7 @@ def test_a_robot_at_work_does_not_give_way_to_one_whose_failure_was_confirmed() 
 
 def test_a_failure_that_is_repeated_does_not_free_the_task_of_the_robot_that_took_over() -> None:
     """Its report was not confirmed, and others took the task as well (seed 752821 of the missions over days)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Kim", 60.0)
+    bot = idle("Bot", owner="Kim")
     failed = m.Utterance("Zoe", m.ToAll(), None, m.Failed(ONE))
     bot.heard(failed, 9.0)
     assert bot.board[1].owner == "Kim"
@@ -298,9 +296,7 @@ def test_of_many_that_would_object_in_one_slot_the_first_voice_speaks_for_all() 
 
 
 def test_who_repeats_an_objection_that_collided_falls_silent_when_another_robot_has_said_it() -> None:
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Kim", 60.0)
+    bot = idle("Bot", owner="Kim")
     bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 5.0)
     bot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 10.0)
     bot.tick(12.0)
@@ -314,9 +310,7 @@ def test_who_repeats_an_objection_that_collided_falls_silent_when_another_robot_
 @pytest.mark.parametrize("is_due", [True, False])
 def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it(is_due: bool) -> None:
     """Rob was asked what is left before it could report, and Bot confirmed Max's claim (seeds 800866 and 801087)."""
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Kim", 60.0)
+    bot = idle("Bot", owner="Kim")
     bot.board[1].is_due = is_due  # whether Bot knows it from another robot that it was due (seed 871888)
     hear(bot, "Kim", "Bot", m.Left())
     bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 15.0)
@@ -357,9 +351,7 @@ def test_what_nobody_has_spoken_of_is_not_done_because_others_leave_it_out(
 
 
 def test_who_denies_what_another_one_said_in_its_name_has_not_done_it() -> None:
-    bot = claiming("Bot")
-    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
-    bot.board.claim(1, "Zoe", 60.0)
+    bot = idle("Bot", owner="Zoe")
     bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Completed(ONE)), 5.0)
     hear(bot, "Kim", "Zoe", m.Confirmed(ONE, complete=True))
     bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 20.0)
