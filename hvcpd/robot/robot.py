@@ -88,7 +88,7 @@ class Robot:
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
-        self._lesson: tuple[Phrasebook, SpeechRecogniser] | None = None
+        self._pending: tuple[Phrasebook, SpeechRecogniser] | None = None
         self._on_adopted: list[Callable[[], None]] = []
 
     @property
@@ -132,7 +132,7 @@ class Robot:
         self, phrasebook: Phrasebook, recogniser: SpeechRecogniser, then: Callable[[], None] | None = None
     ) -> None:
         """Understand other words, and then call `then`, once nobody speaks, and it is known whether "stop" was said."""
-        self._lesson = (phrasebook, recogniser)
+        self._pending = (phrasebook, recogniser)
         self._on_adopted += [then] if then is not None else []
 
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
@@ -146,7 +146,7 @@ class Robot:
             return self._endure(lost or 0, reading)
         gap_events = self._skip(lost) if lost is not None else []
         self._finish_speaking()
-        self._take_lesson()
+        self._adopt_pending()
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
         events = [*gap_events, *self._recogniser.push(heard, masked=masked)]
@@ -201,10 +201,10 @@ class Robot:
         self._voice.lose(lost / SAMPLE_RATE_HZ)
         return self._recogniser.lost(lost)
 
-    def _take_lesson(self) -> None:
-        if self._lesson is None or self._recogniser.busy or self._holding.since_s is not None:
-            return  # only these ears can tell the reason for the halt
-        (self.phrasebook, recogniser), self._lesson = self._lesson, None
+    def _adopt_pending(self) -> None:
+        if self._pending is None or self._recogniser.busy or self._holding.since_s is not None:
+            return  # only this recogniser can tell the reason for the halt
+        (self.phrasebook, recogniser), self._pending = self._pending, None
         self._recogniser.adopt(recogniser)
         while self._on_adopted:
             self._on_adopted.pop(0)()
