@@ -24,6 +24,7 @@ from hvcpd.ros.mapping import (
     tasks_of,
     tf_of,
     twist_of,
+    way_left_m,
 )
 from hvcpd.ros.messages import Bool, Message, Odometry, String
 from hvcpd.ros.parameters import Parameters
@@ -178,10 +179,10 @@ class Bridge:
         elif topic == topics.ODOM and isinstance(message, Odometry):
             self._take_odometry(message, now_s)
 
-    def goal_progress(self, number: int, way_left_m: float) -> None:
-        """Navigation tells how far it is still."""
+    def goal_fed_back(self, number: int, values: Mapping[str, float | str]) -> None:
+        """Navigation tells how far it is with a goal."""
         if self._driving.goal is not None and self._driving.goal.number == number:
-            self._way_left_m = way_left_m
+            self._way_left_m = way_left_m(values, self._driving.goal)
 
     def goal_ended(self, number: int, arrived: bool, reason: str) -> None:
         """Navigation has ended with a goal."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hvcpd.config.json_objects import json_object
-from hvcpd.ports import WARN_BATTERY_V
+from hvcpd.ports import WARN_BATTERY_V, PlaceGoal
 from hvcpd.reporting.text import shown_away
 from hvcpd.ros import messages as m
 from hvcpd.ros.parameters import Parameters
@@ -86,6 +86,13 @@ def base_arguments(odometry: m.Odometry) -> dict[str, float] | None:
         "angular_rad_s": twist.angular.z,
     }
     return values if all(map(math.isfinite, values.values())) else None
+
+
+def way_left_m(values: Mapping[str, float | str], goal: PlaceGoal) -> float:
+    """How far it is to a goal by the feedback of Nav2, or by that of move_base, which has the base's place; NaN if the
+    numbers are missing."""
+    x_m, y_m = (float(values.get(f"base_position.pose.position.{axis}", math.nan)) for axis in "xy")
+    return float(values.get("distance_remaining", math.hypot(goal.x_m - x_m, goal.y_m - y_m)))
 
 
 def diagnostics_of(status: Line | None, stamp_s: float, why_none: str, driving: Mapping[str, str]) -> m.DiagnosticArray:

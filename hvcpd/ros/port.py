@@ -11,8 +11,8 @@ from typing import Any
 from hvcpd.config.skill_settings import RosSettings
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.convert import from_ros
-from hvcpd.ros.messages import Message
+from hvcpd.ros.convert import Dialect, from_ros, to_ros
+from hvcpd.ros.messages import Header, Message, Point, Pose, PoseStamped, Time
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.skills import Act, Leave, fill_message, values_of
 from hvcpd.ros.topics import Topic
@@ -51,6 +51,19 @@ def skill_listener(report: Report) -> Listener:
     return Listener(fed_back, ended)
 
 
+def goal_listener(report: Report) -> Listener:
+    """Hands the progress of navigation's action over to the bridge."""
+
+    def fed_back(number: int, feedback: Any) -> None:
+        values = values_of(feedback)
+        report(lambda bridge, _: bridge.goal_fed_back(number, values))
+
+    def ended(number: int, reason: str, _result: Any) -> None:
+        report(lambda bridge, _: bridge.goal_ended(number, not reason, reason))
+
+    return Listener(fed_back, ended)
+
+
 @dataclass(frozen=True)
 class Wanted:
     """The requirements of the daemon's settings and the command line for the port."""
@@ -69,6 +82,9 @@ class RosPort(ABC):
     parameters: Parameters
     dismissed: str | None = None
     """Why ROS has ended the node, which is then not created again. None: it has not."""
+    _dialect: Dialect
+    _goal_field: str
+    """Of a goal of navigation: its pose."""
 
     def __init__(self, report: Report) -> None:
         self._report = report
@@ -98,14 +114,17 @@ class RosPort(ABC):
         """End the node."""
 
     def go(self, goal: PlaceGoal, now_s: float) -> None:
-        """Give a goal to navigation."""
+        """Give a goal to navigation. The base may come to rest with any heading."""
         if self._navigation is not None:
-            self._navigation.go(goal, now_s, self.stamp_s())
+            header = Header(Time.of(self.stamp_s()), self.parameters.map_frame)
+            pose = to_ros(PoseStamped(header, Pose(Point(goal.x_m, goal.y_m))), self._dialect)
+            fill = partial(fill_message, fields={self._goal_field: pose})
+            self._navigation.ask(goal.number, fill, now_s, self.stamp_s())
 
     def cancel(self, number: int) -> None:
         """Withdraw it."""
         if self._navigation is not None:
-            self._navigation.client.cancel(number)
+            self._navigation.cancel(number)
 
     def act(self, goal: Act, now_s: float) -> None:
         """Give a goal to the server of a skill's action; one that its type does not have fails."""
@@ -127,7 +146,7 @@ class RosPort(ABC):
             client.tick(now_s)
 
     def _clients(self) -> list[Any]:
-        return [*self._actions.values(), *([self._navigation.client] if self._navigation is not None else [])]
+        return [*self._actions.values(), *([self._navigation] if self._navigation is not None else [])]
 
     def _take(self, topic: Topic, message: Any) -> None:
         """Hand a message of a topic over to the bridge."""

@@ -23,9 +23,8 @@ from hvcpd.ros.action_topics import Link, TopicAction
 from hvcpd.ros.convert import Dialect, ros_class, to_ros
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
-from hvcpd.ros.navigation import Navigation, move_base_left_m
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, skill_listener
+from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, goal_listener, skill_listener
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -54,6 +53,8 @@ def find_rospy(path: list[str] = sys.path, packages: Path = DEBIAN_PACKAGES) -> 
 class Ros1Port(RosPort):
     """A node of the master that ROS_MASTER_URI names. Raises ConfigError for wrong parameters or missing packages."""
 
+    _goal_field = "target_pose"
+
     def __init__(self, wanted: Wanted, report: Report) -> None:
         super().__init__(report)
         if not find_rospy():
@@ -76,7 +77,10 @@ class Ros1Port(RosPort):
         }
         for topic in topics.subscribed(wanted.ros_drives):
             self._subscribe(topic)
-        self._navigation = self._make_navigation() if wanted.takes_goals else None
+        if wanted.takes_goals:
+            action = self.parameters.action or "move_base"
+            listener = goal_listener(report)
+            self._navigation = self._make_client(action, "move_base_msgs/MoveBase", "move_base", listener)
         self._actions = {
             skill: self._make_client(each.action, each.type, f"what does {skill!r}", skill_listener(report))
             for skill, each in wanted.actions.items()
@@ -135,11 +139,6 @@ class Ros1Port(RosPort):
     def _subscribe(self, topic: Topic) -> None:
         kind = class_of(topic.type.ROS_TYPE)
         self._rospy.Subscriber(topic.name, kind, partial(self._take, topic), queue_size=QUEUE, tcp_nodelay=True)
-
-    def _make_navigation(self) -> Navigation:
-        name, frame = self.parameters.action or "move_base", self.parameters.map_frame
-        make = partial(self._make_client, name, "move_base_msgs/MoveBase", "move_base")
-        return Navigation(make, "target_pose", frame, self._dialect, self._report, move_base_left_m)
 
     def _make_client(self, name: str, kind: str, whose: str, listener: Listener) -> TopicAction:
         goals = self._publisher(f"{name}/goal", f"{kind}ActionGoal")

@@ -13,9 +13,8 @@ from hvcpd.ros import topics
 from hvcpd.ros.action_rclpy import RclpyAction
 from hvcpd.ros.convert import OWN, Dialect, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
-from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, skill_listener
+from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, goal_listener, skill_listener
 from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
@@ -30,6 +29,8 @@ class RclpyPort(RosPort):
 
     Raises ConfigError for wrong parameters or missing packages.
     """
+
+    _goal_field = "pose"
 
     def __init__(self, wanted: Wanted, report: Report) -> None:
         super().__init__(report)
@@ -114,7 +115,10 @@ class RclpyPort(RosPort):
                     self._publish_on(topic)
             for topic in topics.subscribed(wanted.ros_drives):
                 self._subscribe(topic)
-            self._navigation = self._make_navigation() if wanted.takes_goals else None
+            if wanted.takes_goals:
+                action = self.parameters.action or "navigate_to_pose"
+                listener = goal_listener(self._report)
+                self._navigation = self._make_client(action, "nav2_msgs/NavigateToPose", "Nav2", listener)
             self._actions = {
                 skill: self._make_client(each.action, each.type, f"what does {skill!r}", skill_listener(self._report))
                 for skill, each in wanted.actions.items()
@@ -198,11 +202,6 @@ class RclpyPort(RosPort):
     def _subscribe(self, topic: Topic) -> None:
         kind, taken = class_of(topic.type.ROS_TYPE), partial(self._take, topic)
         self._subscriptions.append(self._node.create_subscription(kind, topic.name, taken, self._qos(topic)))
-
-    def _make_navigation(self) -> Navigation:
-        name, frame = self.parameters.action or "navigate_to_pose", self.parameters.map_frame
-        make = partial(self._make_client, name, "nav2_msgs/NavigateToPose", "Nav2")
-        return Navigation(make, "pose", frame, self._dialect, self._report, nav2_left_m)
 
     def _make_client(self, name: str, ros_type: str, whose: str, listener: Listener) -> RclpyAction:
         package, kind_name = ros_type.split("/")

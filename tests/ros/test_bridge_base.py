@@ -138,13 +138,21 @@ def test_nobody_is_told_where_tf_is_not_wanted_and_cmd_vel_is_never_obeyed() -> 
         assert topics.CMD_VEL not in topics.subscribed(ros_drives)
 
 
-def test_a_goal_goes_to_navigation_and_its_end_to_the_daemon() -> None:
+@pytest.mark.parametrize(
+    ("feedback", "left_m"),
+    [
+        ({"distance_remaining": 1.25}, "1.25"),  # of Nav2
+        ({"base_position.pose.position.x": 0.0, "base_position.pose.position.y": 0.0}, "5.00"),  # of move_base
+        ({}, "nan"),  # what is no number is left out
+    ],
+)
+def test_a_goal_goes_to_navigation_and_its_end_to_the_daemon(feedback: dict[str, float | str], left_m: str) -> None:
     talk = Talk()
     assert talk.daemon(moving(0.0, goal=7))[:1] == [Go(PlaceGoal(7, 3.0, 4.0))]
-    talk.bridge.goal_progress(7, 1.25)
+    talk.bridge.goal_fed_back(7, feedback)
     (array,) = on(topics.DIAGNOSTICS, talk.answer("status", STATUS))
     assert isinstance(array, m.DiagnosticArray)
-    assert ("distance to the goal, m", "1.25") in {(v.key, v.value) for s in array.status for v in s.values}
+    assert ("distance to the goal, m", left_m) in {(v.key, v.value) for s in array.status for v in s.values}
     talk.bridge.goal_ended(7, False, "aborted: no way")
     assert asked("base", talk.bridge.outputs()) == [{"goal": 7, "arrived": False, "reason": "aborted: no way"}]
     talk.bridge.goal_ended(7, True, "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -10,19 +11,19 @@ from hil_fakes.ros_actions import ROS2_ABORTED, ROS2_CANCELED, ROS2_SUCCEEDED, A
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.action_rclpy import ANSWER_S, RclpyAction
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.port import Listener
 from tests.e2e import ros_robot
 from tests.ros.talk import moving
-from tests.ros.test_ros1 import dialect
+from tests.ros.test_ros1 import NavigationPort
 
 MISSING = ros_robot.missing()  # any ROS's geometry_msgs will do
 needs_messages = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
 
 def nav2_client(nav2: RclpyServer, listener: Listener) -> RclpyAction:
-    return RclpyAction("navigate_to_pose", nav2, SimpleNamespace, listener, "Nav2", lambda happening: happening())
+    goal = partial(SimpleNamespace, pose=None)
+    return RclpyAction("navigate_to_pose", nav2, goal, listener, "Nav2", lambda happening: happening())
 
 
 class Scene:
@@ -32,20 +33,16 @@ class Scene:
         self.nav2 = RclpyServer()
         self.bridge = Bridge(True, Parameters())
         self.bridge.begin(0.0)
-        self.navigation = Navigation(
-            lambda listener: nav2_client(self.nav2, listener),
-            "pose",
-            "map",
-            dialect(),
-            lambda happening: happening(self.bridge, 0.0),
-            nav2_left_m,
+        self.port = NavigationPort(
+            lambda happening: happening(self.bridge, 0.0), lambda listener: nav2_client(self.nav2, listener), "pose"
         )
-        self.client = self.navigation.client
+        self.port.now_s = 7.5
+        self.client = self.port.client
 
     def go(self, number: int) -> Asked:
         """The daemon wants that goal, and the bridge asks for it."""
         self.bridge.from_daemon(moving(0.0, goal=number), 0.0, 0.0)
-        self.navigation.go(PlaceGoal(number, 3.0, 4.0), 0.0, 7.5)
+        self.port.go(PlaceGoal(number, 3.0, 4.0), 0.0)
         return self.nav2.asked[-1]
 
     def told(self) -> list[tuple[int, bool, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -15,8 +16,10 @@ from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
 from hvcpd.ros.convert import OWN, Dialect, definition, from_ros, ros_class, to_ros
+from hvcpd.ros.mapping import way_left_m
 from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
-from hvcpd.ros.navigation import Navigation, move_base_left_m
+from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.port import Listener, Report, RosPort, goal_listener
 from hvcpd.ros.ros1 import find_rospy, read_parameters
 from tests.e2e import ros_robot
 from tests.ros.samples import MESSAGES, messages
@@ -152,6 +155,22 @@ def test_of_a_wrong_parameter_that_others_left_it_is_said_where_it_is() -> None:
         read_parameters(ParameterServer(base_frme="x"), [])
 
 
+class NavigationPort(RosPort):
+    """A ROS with no more than the client of navigation's action, which is made by `make`."""
+
+    fault = None
+    publish = log = close = lambda *_: None  # type: ignore[assignment]
+
+    def __init__(self, report: Report, make: Callable[[Listener], Any], field: str) -> None:
+        super().__init__(report)
+        self.parameters, self._dialect, self._goal_field = Parameters(), dialect(), field
+        self.now_s = 0.0
+        self.client = self._navigation = make(goal_listener(report))
+
+    def stamp_s(self) -> float:
+        return self.now_s
+
+
 class Server:
     """move_base's side of the topics, and what the client made of its answers."""
 
@@ -162,25 +181,22 @@ class Server:
         self.left_m: list[float] = []
         self.connected = True
         link = Link(self.goals.append, self.cancels.append, lambda: self.connected)
-        self.navigation = Navigation(
+        self.port = NavigationPort(
+            lambda happening: happening(self, 0.0),  # type: ignore[arg-type]
             lambda listener: TopicAction(
                 "move_base", "move_base_msgs/MoveBase", link, listener, dialect(), "move_base"
             ),
             "target_pose",
-            "map",
-            dialect(),
-            lambda happening: happening(self, 0.0),
-            move_base_left_m,
         )
-        self.client = self.navigation.client
+        self.client = self.port.client
 
     def goal_ended(self, *how: Any) -> None:
         """As the bridge has it."""
         self.ended.append(how)
 
-    def goal_progress(self, _number: int, way_left_m: float) -> None:
+    def goal_fed_back(self, _number: int, values: Any) -> None:
         """As the bridge has it."""
-        self.left_m.append(way_left_m)
+        self.left_m.append(way_left_m(values, PlaceGoal(1, 3.0, 4.0)))
 
     def result(self, status: int, text: str = "", which: int = -1) -> None:
         message = ros_class("move_base_msgs/MoveBaseActionResult")()
@@ -191,7 +207,8 @@ class Server:
 
 def test_a_goal_has_the_place_in_the_maps_frame_and_its_result_is_told() -> None:
     server = Server()
-    server.navigation.go(PlaceGoal(4, 1.0, 2.0), 0.0, 99.5)
+    server.port.now_s = 99.5
+    server.port.go(PlaceGoal(4, 1.0, 2.0), 0.0)
     sent = through_bytes(server.goals[0])
     target = sent.goal.target_pose
     assert (target.header.frame_id, target.header.stamp.secs) == ("map", 99)
@@ -205,7 +222,7 @@ def test_a_goal_has_the_place_in_the_maps_frame_and_its_result_is_told() -> None
 )
 def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, word: str) -> None:
     server = Server()
-    server.navigation.go(PlaceGoal(4, 1.0, 2.0), 0.0, 0.0)
+    server.port.go(PlaceGoal(4, 1.0, 2.0), 0.0)
     server.result(status, "wall")
     ((number, arrived, reason),) = server.ended
     assert (number, arrived) == (4, False)
@@ -215,8 +232,8 @@ def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, word: 
 
 def test_results_of_other_goals_do_not_count() -> None:
     server = Server()
-    server.navigation.go(PlaceGoal(1, 0.0, 0.0), 0.0, 0.0)
-    server.navigation.go(PlaceGoal(2, 0.0, 0.0), 0.0, 0.0)
+    server.port.go(PlaceGoal(1, 0.0, 0.0), 0.0)
+    server.port.go(PlaceGoal(2, 0.0, 0.0), 0.0)
     server.result(2, which=0)
     assert server.ended == []
     server.client.cancel(1)
@@ -229,7 +246,7 @@ def test_results_of_other_goals_do_not_count() -> None:
 
 def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
     server = Server()
-    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.port.go(PlaceGoal(1, 3.0, 4.0), 0.0)
     message = ros_class("move_base_msgs/MoveBaseActionFeedback")()
     message.status.goal_id.id = server.goals[0].goal_id.id
     server.client.take_feedback(message, 2.0)
@@ -244,11 +261,11 @@ def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
 def test_nothing_is_sent_to_a_server_that_is_not_connected_yet() -> None:
     server = Server()
     server.connected = False
-    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.port.go(PlaceGoal(1, 3.0, 4.0), 0.0)
     server.client.tick(0.1)
     assert server.goals == []
     server.client.cancel(1)
-    server.navigation.go(PlaceGoal(2, 1.0, 1.0), 0.2, 0.0)
+    server.port.go(PlaceGoal(2, 1.0, 1.0), 0.2)
     server.connected = True
     server.client.tick(0.3)
     server.client.tick(0.4)
@@ -259,7 +276,7 @@ def test_nothing_is_sent_to_a_server_that_is_not_connected_yet() -> None:
 def test_a_server_that_never_connects_fails_the_goal_though_its_status_is_heard() -> None:
     server = Server()
     server.connected = False
-    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.port.go(PlaceGoal(1, 3.0, 4.0), 0.0)
     server.client.take_status(None, SILENT_S)
     server.client.tick(SILENT_S + 0.1)
     assert [(number, arrived) for number, arrived, _ in server.ended] == [(1, False)]
