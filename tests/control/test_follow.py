@@ -82,24 +82,29 @@ class ScriptedDaemon:
         client.sendall(json.dumps({"ok": True, "result": result}).encode() + b"\n")
 
 
-def followed(path: Path, *more: str, lives: int, n_events: int, events: list[dict[str, object]]) -> None:
+def interrupt(_s: float) -> None:
+    raise KeyboardInterrupt
+
+
+def followed(path: Path, *more: str, events: list[dict[str, object]]) -> None:
     options = make_parser().parse_args(["follow", "--socket", str(path), *more])
-    with ScriptedDaemon(path, events, lives):
-        follow.run(options, wait=lambda _s: None, n_events=n_events)
+    with ScriptedDaemon(path, events, lives=1), pytest.raises(KeyboardInterrupt):
+        follow.run(options, wait=interrupt)
 
 
 def test_events_come_as_json_with_the_time_on_the_wall(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    followed(tmp_path / "rob.sock", "--json", lives=1, n_events=1, events=[HEARD])
+    followed(tmp_path / "rob.sock", "--json", events=[HEARD])
     event = json.loads(capsys.readouterr().out)
     assert (event["text"], event["wall_s"]) == (HEARD["text"], 1002.5)
 
 
 def test_a_pipe_gets_a_line_for_each_event(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     changed = {"event": "taskchanged", "at_s": 13.0, "robot": "Rob", "task": 1, "state": "done", "owner": "Bot"}
-    followed(tmp_path / "rob.sock", lives=1, n_events=2, events=[HEARD, changed])
-    heard, done = capsys.readouterr().out.splitlines()
+    followed(tmp_path / "rob.sock", events=[HEARD, changed])
+    heard, done, ended = capsys.readouterr().out.splitlines()
     assert heard.endswith("Bot: Hi all, I am Bot  heard, 97 % sure, 23 dB over the noise")
     assert done.endswith("task 1, water the red rose: done by Bot")
+    assert ended.endswith("; waiting for it to come back")
 
 
 def test_without_a_daemon_at_the_start_that_is_said_at_once(tmp_path: Path) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.output import print_note, show
@@ -31,44 +31,36 @@ class Show(Protocol):
     def note(self, text: str) -> None: ...
 
 
-@dataclass
 class Following:
     """Two connections to one daemon: one for events, one for requests, because a reply would interrupt the events."""
 
-    asking: DaemonClient
-    hearing: DaemonClient
-    _offset_s: float = 0.0
-    _looked_s: float = field(default=float("-inf"))
+    def __init__(self, asking: DaemonClient, more: Sequence[str]) -> None:
+        """Ask for the usual kinds of events, and for `more`. Raises BusyError where too many follow already."""
+        with ExitStack() as stack:
+            stack.enter_context(closing(asking))
+            self._asking, self.hearing = asking, stack.enter_context(closing(DaemonClient(asking.path)))
+            usual = self.hearing.ask("subscribe")
+            if more:
+                self.hearing.ask("subscribe", events=[*usual["events"], *more])
+            self._connections = stack.pop_all()
 
     def close(self) -> None:
         """Close both connections."""
-        self.asking.close()
-        self.hearing.close()
+        self._connections.close()
 
-    def subscribe(self, more: Sequence[str]) -> None:
-        """Ask for the usual kinds of events, and for `more`. Raises BusyError where too many follow already."""
-        usual = self.hearing.ask("subscribe")
-        if more:
-            self.hearing.ask("subscribe", events=[*usual["events"], *more])
-
-    def run(self, show: Show, n_events: int | None = None) -> None:
-        """Show what comes, `n_events` at most (None: until the daemon ends). Raises NotRunningError, and BusyError if
-        it hangs."""
-        shown = 0
-        while n_events is None or shown < n_events:
-            if time.monotonic() - self._looked_s >= LOOK_S:
-                self._looked_s = time.monotonic()
-                self._look(show)
+    def run(self, show: Show) -> NoReturn:
+        """Show what comes until the daemon ends. Raises NotRunningError then, and BusyError if it hangs."""
+        looked_s, offset_s = -math.inf, 0.0
+        while True:
+            if time.monotonic() - looked_s >= LOOK_S:
+                looked_s = time.monotonic()
+                status = self._asking.ask("status")
+                offset_s = status["wall_s"] - status["now_s"]
+                tasks = self._asking.ask("tasks")["tasks"] if status["state"] != "starting" else []
+                show.state(status, tasks)
             event = self.hearing.event_within(LOOK_S)
             if event is not None:
-                shown += 1
-                show.event(event, event.get("at_s", 0.0) + self._offset_s)
-
-    def _look(self, show: Show) -> None:
-        status = self.asking.ask("status")
-        self._offset_s = status["wall_s"] - status["now_s"]
-        tasks = self.asking.ask("tasks")["tasks"] if status["state"] != "starting" else []
-        show.state(status, tasks)
+                show.event(event, event.get("at_s", 0.0) + offset_s)
 
 
 class JsonShow:
@@ -84,50 +76,35 @@ class JsonShow:
         print_note(text)
 
 
-def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> None:
+def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> None:
     """Follow until interrupted; wait for a daemon that has ended or does not answer."""
     more = {"moved": options.poses, "sound": options.sound}
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
-        watch(options, show, wait, n_events, [kind for kind, wanted in more.items() if wanted])
+        watch(options, show, wait, [kind for kind, wanted in more.items() if wanted])
 
 
 def watch(
-    options: argparse.Namespace,
-    show: Show,
-    wait: Callable[[float], None] = time.sleep,
-    n_events: int | None = None,
-    more: Sequence[str] = (),
-) -> None:
-    """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
-    following = _connect(find_daemon(options), more)  # if there is none at the start, that is said at once
+    options: argparse.Namespace, show: Show, wait: Callable[[float], None] = time.sleep, more: Sequence[str] = ()
+) -> NoReturn:
+    """Show what the robot that the options mean does, for ever; `more`: frequent events."""
+    following = Following(find_daemon(options), more)  # if there is none at the start, that is said at once
     path = following.hearing.path  # by the options it might later be another one
     while True:
         with closing(following):
             try:
-                following.run(show, n_events)
-                return
+                following.run(show)
             except (NotRunningError, BusyError) as error:
                 show.note(f"{error}; waiting for it to come back")
-        following = _connect_again(path, more, wait)
+        following = _follow_again(path, more, wait)
         show.note(f"{following.hearing.name} is back")
 
 
-def _connect_again(path: Path, more: Sequence[str], wait: Callable[[float], None]) -> Following:
+def _follow_again(path: Path, more: Sequence[str], wait: Callable[[float], None]) -> Following:
     while True:
         wait(LOOK_S)
         with suppress(NotRunningError, BusyError):
-            return _connect(DaemonClient(path), more)
-
-
-def _connect(asking: DaemonClient, more: Sequence[str]) -> Following:
-    with ExitStack() as stack:
-        stack.enter_context(closing(asking))
-        hearing = stack.enter_context(closing(DaemonClient(asking.path)))
-        following = Following(asking, hearing)
-        following.subscribe(more)
-        stack.pop_all()
-        return following
+            return Following(DaemonClient(path), more)
 
 
 def _terminal() -> AbstractContextManager[FollowLines]:
