@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.errors import EX_OK, EX_USER
+from tests.control.obliging import obliging_robot
 from tests.permissions import bound, needs_permissions
 
 pytestmark = [pytest.mark.slow, needs_permissions]
@@ -48,6 +49,23 @@ def test_who_may_not_look_for_a_robot_is_not_told_that_none_runs(command: str, c
     ended = bound("-m", "hvcpd.control.cli", command, "--config", config)
     assert (ended.returncode, ended.stdout) == (4, "")
     assert f"no permission to ask the daemon at {config.parent}/state/*.sock; `sudo usermod -aG " in ended.stderr
+
+
+def test_a_robot_that_may_not_be_asked_keeps_no_other_from_stopping(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody was stopped: "bot.sock: Permission denied; check its name"."""
+    (tmp_path / "of others").mkdir()
+    settings = tmp_path / "system.yaml"
+    settings.write_text("name: Bot\nstate_dir: .\ncontrol: {socket: of others/bot.sock}\n")
+    (tmp_path / "of others").chmod(0)
+    with obliging_robot(tmp_path) as environment:
+        for name, value in (environment | {"HVCPD_CONFIG": str(settings)}).items():
+            monkeypatch.setenv(name, value)
+        ended = bound("-m", "hvcpd.control.cli", "stop")
+    (tmp_path / "of others").chmod(0o700)
+    assert (ended.returncode, ended.stdout.startswith("Rob stands still")) == (1, True)
+    assert f"no permission to ask the daemon at {tmp_path}/of others/bot.sock" in ended.stderr
 
 
 def test_the_check_of_a_robot_says_so_too(config: Path) -> None:

@@ -235,7 +235,7 @@ def running_sockets(where: Whereabouts, is_chosen: bool) -> list[Path]:
     folders, own = socket_folders(where.state_dir), where.socket
     if is_chosen:
         return _running(folders, where.name) if own is None else []
-    there = [own] if own is not None and own.exists() and answers(own) else []
+    there = [own] if own is not None and answers(own) else []
     return _each_once([*there, *_running(folders)])
 
 
