@@ -87,7 +87,7 @@ def test_the_bounds_are_those_of_the_code() -> None:
 
 def test_each_thread_is_started_in_the_file_that_is_named() -> None:
     named = re.findall(r"^\| `([\w-]+)`, one [^|]*\| `([\w/]+\.py)`", RUNTIME, re.M)
-    assert len(named) == 6
+    assert len(named) == 9
     for thread, file in named:
         texts = [(PACKAGE / each).read_text(encoding="utf-8") for each in (file, "daemon/main_loop.py")]
         assert any(f'"{thread}"' in text for text in texts), file
