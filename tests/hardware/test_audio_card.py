@@ -11,10 +11,10 @@ from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_card import FILLED_BLOCKS, PATIENCE_S, Loudspeaker, Microphone
 from hvcpd.hardware.audio_exchange import LEAD_BLOCKS
-from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.hardware.fake_card import FakeCard, Status, device
 from tests.hardware.test_audio_resample import inner, level_db, sine
+from tests.hardware.test_audio_stream import opened
 
 SETTINGS = AudioSettings(block_ms=10)
 BLOCK = 160
@@ -31,22 +31,17 @@ def live(card: FakeCard, heard: Samples, say: Samples) -> tuple[Samples, Samples
     """A robot that hears `heard` (at the card's rate) and says `say` (16 kHz); what it heard and the card played."""
 
     async def whole() -> Samples:
-        stream = AudioStream(SETTINGS, card)
-        await stream.open()
-        await stream.start()
-        card.running(10.0)
-        frames = card.inputs[-1].options["blocksize"]
         got: list[Samples] = []
         said = 0
-        for begin in range(0, len(heard), frames):
-            card.interrupt(heard[begin : begin + frames])
-            while sum(map(len, got)) + BLOCK <= (begin + frames) * SAMPLE_RATE_HZ // rate - BLOCK:
-                got.append(await stream.read())
-                part = say[said : said + len(got[-1])]
-                stream.write(np.pad(part, (0, len(got[-1]) - len(part))))
-                said += len(got[-1])
-        card.die()
-        await stream.close()
+        async with opened(SETTINGS, card) as (stream, _):
+            frames = card.inputs[-1].options["blocksize"]
+            for begin in range(0, len(heard), frames):
+                card.interrupt(heard[begin : begin + frames])
+                while sum(map(len, got)) + BLOCK <= (begin + frames) * SAMPLE_RATE_HZ // rate - BLOCK:
+                    got.append(await stream.read())
+                    part = say[said : said + len(got[-1])]
+                    stream.write(np.pad(part, (0, len(got[-1]) - len(part))))
+                    said += len(got[-1])
         return np.concatenate(got)
 
     rate = int(card.devices[0]["default_samplerate"])
@@ -115,27 +110,16 @@ def test_a_card_of_no_rate_of_ours() -> None:
 
 
 @pytest.mark.parametrize("skew", [-1, 1])
-def test_clocks_that_drift_apart_are_kept_together_by_silence_while_nobody_speaks(skew: int) -> None:
+async def test_clocks_that_drift_apart_are_kept_together_by_silence_while_nobody_speaks(skew: int) -> None:
     """A sample in 800, ten times worse than the worst of real quartzes."""
-    card = FakeCard((device("both", 1, 1),))
-
-    async def whole() -> AudioStream:
-        stream = AudioStream(SETTINGS, card)
-        await stream.open()
-        await stream.start()
-        card.running(10.0)
+    async with opened(SETTINGS, FakeCard((device("both", 1, 1),))) as (stream, card):
         for block in range(8000):
             card.interrupt(np.zeros(BLOCK, np.float32), skew=skew if block % 5 == 0 else 0)
             stream.write(await stream.read())
             if block % 100 == 0:
                 assert 0 < card.outputs[-1].level < card.outputs[-1].buffer
-        card.die()
-        await stream.close()
-        return stream
-
-    counters = asyncio.run(asyncio.wait_for(whole(), 60.0)).counters
     name = "clock_inserted" if skew > 0 else "clock_dropped"
-    assert 1600 - BLOCK < getattr(counters, name) < 1600 + BLOCK
+    assert 1600 - BLOCK < getattr(stream.counters, name) < 1600 + BLOCK
     assert card.outputs[-1].ran_dry == 0
 
 

@@ -73,7 +73,7 @@ def test_the_same_rate_changes_nothing() -> None:
     np.testing.assert_array_equal(resample(samples, 16_000, 16_000), samples)
 
 
-@pytest.mark.parametrize(("from_hz", "to_hz"), [(0, 16_000), (16_000, 0), (-8_000, 16_000)])
+@pytest.mark.parametrize(("from_hz", "to_hz"), [(0, 16_000), (16_000, 0), (-8_000, 16_000), (16_000, -1)])
 def test_impossible_rates_are_our_own_mistake(from_hz: int, to_hz: int) -> None:
     with pytest.raises(ValueError, match="must be positive"):
         resample(np.zeros(10, np.float32), from_hz, to_hz)
@@ -103,9 +103,3 @@ def test_a_stream_does_not_drift(from_hz: int, to_hz: int) -> None:
     block = np.zeros(from_hz // 10, np.float32)
     count = sum(len(stream.push(block)) for _ in range(600))
     assert count == -(-(len(block) * 600 - round(stream.delay_s * from_hz)) * to_hz // from_hz)
-
-
-@pytest.mark.parametrize(("from_hz", "to_hz"), [(0, 16_000), (16_000, -1)])
-def test_impossible_rates_of_a_stream(from_hz: int, to_hz: int) -> None:
-    with pytest.raises(ValueError, match="must be positive"):
-        StreamResampler(from_hz, to_hz)

@@ -35,9 +35,11 @@ def numbers(samples: Samples) -> list[int]:
 
 
 @asynccontextmanager
-async def opened(settings: AudioSettings = SETTINGS) -> AsyncIterator[tuple[AudioStream, FakeCard]]:
+async def opened(
+    settings: AudioSettings = SETTINGS, card: FakeCard | None = None
+) -> AsyncIterator[tuple[AudioStream, FakeCard]]:
     """An open stream, and the card's side of it."""
-    card = FakeCard()
+    card = card or FakeCard()
     stream = AudioStream(settings, card)
     await stream.open()
     await stream.start()
