@@ -16,7 +16,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.binding import CompiledForm, bindings_of, build
 from hvcpd.language.forms import OPENING
 from hvcpd.language.marks import NEVER_HIDDEN
-from hvcpd.language.pattern import Bindings, SlotValues, slot_sets
+from hvcpd.language.pattern import Bindings, SlotValues, parts_of
 
 OUTER = frozenset({"addressee", "speaker", "team", "other"})
 """Slots of the opening and of a quoted speaker; they stay plain."""
@@ -71,7 +71,7 @@ class Codebook:
         hashed = hashlib.sha256(b"hvcpd codebook 1")
         self.size = 0
         for compiled in filter(_has_place, forms):
-            sets = {each - OUTER for each in slot_sets(compiled.node) if not each & LEFT_OUT}
+            sets = {each - OUTER for each in parts_of(compiled.node).slot_sets if not each & LEFT_OUT}
             for bound in sorted(tuple(sorted(each)) for each in sets):
                 entry = _Entry(compiled, self.size, tuple((slot, tuple(slots[slot])) for slot in bound))
                 self._entries.append(entry)

@@ -102,12 +102,22 @@ def _parse_sequence(tokens: Sequence[str], i: int) -> tuple[Node, int]:
 
 
 class Parts(NamedTuple):
-    """What is below a node: slots and literal words, all of them and those that every sentence of it has."""
+    """What is below a node: the slots that are bound together, one set for each combination of optional parts that
+    differs in them; and literal words, all of them and those that every sentence of it has."""
 
-    slots: frozenset[str] = frozenset()
-    needed_slots: frozenset[str] = frozenset()
+    slot_sets: frozenset[frozenset[str]] = frozenset({frozenset()})
     words: frozenset[str] = frozenset()
     needed_words: frozenset[str] = frozenset()
+
+    @property
+    def slots(self) -> frozenset[str]:
+        """All slots."""
+        return frozenset().union(*self.slot_sets)
+
+    @property
+    def needed_slots(self) -> frozenset[str]:
+        """The slots that every sentence has."""
+        return frozenset.intersection(*self.slot_sets)
 
 
 @cache  # the forms have the same openings and endings
@@ -118,39 +128,22 @@ def parts_of(node: Node) -> Parts:
             word = frozenset({text})
             return Parts(words=word, needed_words=word)
         case Slot(name):
-            slot = frozenset({name})
-            return Parts(slots=slot, needed_slots=slot)
+            return Parts(frozenset({frozenset({name})}))
         case Series(children):
-            word = frozenset(child.text for child in children if isinstance(child, Word))  # most children are words
-            below = [parts_of(child) for child in children if not isinstance(child, Word)]
-            parts = zip(Parts(words=word, needed_words=word), *below, strict=True)
-            return Parts(*(frozenset().union(*each) for each in parts))
+            sets, words, needed_words = Parts()
+            for part in map(parts_of, children):
+                sets = frozenset(one | other for one in sets for other in part.slot_sets)
+                words, needed_words = words | part.words, needed_words | part.needed_words
+            return Parts(sets, words, needed_words)
         case Choice(options):
-            slots, needed_slots, words, needed_words = zip(*map(parts_of, options), strict=True)
+            parts = list(map(parts_of, options))
             return Parts(
-                frozenset().union(*slots),
-                frozenset.intersection(*needed_slots),
-                frozenset().union(*words),
-                frozenset.intersection(*needed_words),
+                frozenset().union(*(part.slot_sets for part in parts)),
+                frozenset().union(*(part.words for part in parts)),
+                frozenset.intersection(*(part.needed_words for part in parts)),
             )
         case _:
             return Parts()
-
-
-def slot_sets(node: Node) -> frozenset[frozenset[str]]:
-    """The slots that can be bound together: one set for each combination of optional parts that differs in them."""
-    match node:
-        case Slot(name):
-            return frozenset({frozenset({name})})
-        case Series(parts):
-            found = frozenset({frozenset[str]()})
-            for part in parts:
-                found = frozenset(one | other for one in found for other in slot_sets(part))
-            return found
-        case Choice(options):
-            return frozenset().union(*(slot_sets(option) for option in options))
-        case _:
-            return frozenset({frozenset()})
 
 
 def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
