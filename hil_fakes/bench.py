@@ -37,7 +37,8 @@ from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.stages import SynchronousWorker
-from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Switched, Trail
+from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Switched, Trail
+from hvcpd.reporting.text import plural
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
 from hvcpd.security.keys import KeyRing
@@ -221,7 +222,8 @@ class Bench:
         stopped = tuple(name for name, robot in self.robots.items() if robot.coordination.state is State.STOPPED)
         summary = replace(score.summary(virtual_s, wall_s, self.plan.seed, mode), stopped=stopped)
         score.emit(summary)
-        return MissionRecord(tuple(score.events), trails, listener, title=_title(self.plan, summary))
+        title = f"{plural(len(self.plan.names), 'robot')} share out {plural(summary.tasks, 'task')}"
+        return MissionRecord(tuple(score.events), trails, listener, title=title)
 
     def _make_place(self, k: int, start: Pose, stack: ExitStack) -> _Place:
         plan, name = self.plan, self.plan.names[k]
@@ -324,8 +326,3 @@ def _middle(tasks: TaskRepository) -> Point:
     """The listener's place: between the plants and the robots' start."""
     points = [START_CORNER, *((t.place.x_m, t.place.y_m) for t in tasks.tasks if t.place is not None)]
     return sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)
-
-
-def _title(plan: BenchPlan, summary: Summary) -> str:
-    n = len(plan.names)
-    return f"{n} robot{'s' * (n != 1)} share out {summary.tasks} task{'s' * (summary.tasks != 1)}"

@@ -53,7 +53,7 @@ def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) 
     sections = (_section(name, one, folder / f"{name}.png") for name, one in found)
     main = tag("main", tag("h1", title), tag("p", about), _beside(found), *sections)
     path = folder / "report.html"
-    write_whole(path, document(title, Markup(own_file("theme.css") + STYLE), main).encode())
+    write_whole(path, document(title, Markup(own_file("theme.css") + STYLE), main, loads="img-src data:").encode())
     return path
 
 

@@ -16,7 +16,7 @@ from hvcpd.reporting.conversation import draw_conversation, utterance_options
 from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
-from hvcpd.reporting.markup import escaped, figure_list, joined, security_policy, table, tag
+from hvcpd.reporting.markup import Child, document, escaped, figure_list, joined, row, table, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
@@ -28,8 +28,6 @@ SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump (or another s
 """In the timeline's legend."""
 ROOM_FOR_ONE = Markup('<span><i class="swatch area-key"></i> room for one robot; others wait at the dotted line</span>')
 """In the map's legend."""
-_DISTANCE = "Distance from its place (m)"
-"""A column of the table of tasks."""
 MAX_NAMED_DRIVES = 3
 """Of more robots the headline gives the sum of their ways: it has one row."""
 
@@ -50,12 +48,8 @@ def page(record: MissionRecord) -> str:
     clip = None
     if len(record.sound):
         clip = make_clip(record.sound, [(line.said.at_s, line.said.end_s) for line in story.lines])
-    style, script = style_sheet("theme.css", "report.css"), own_file("report.js")
-    return Template(own_file("report.html")).substitute(
-        title=escaped(record.title),
-        policy=security_policy(script, "img-src data:; media-src data: blob:; "),
-        style=style,
-        script=script,
+    body = Template(own_file("report.html")).substitute(
+        heading=escaped(record.title),
         verdict=_verdict(story),
         setting=_setting(story),
         figures=_figures(story, trails),
@@ -70,6 +64,9 @@ def page(record: MissionRecord) -> str:
         player=_player(clip),
         notes=_notes(clip),
     )
+    style, script = style_sheet("theme.css", "report.css"), own_file("report.js")
+    loads = "img-src data:; media-src data: blob:; "
+    return document(record.title, style, Markup(body), script=script, loads=loads)
 
 
 def _verdict(story: Story) -> Markup:
@@ -134,34 +131,33 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
 
 
 def _task_table(story: Story) -> Markup:
-    heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", _DISTANCE]
-    heads += ["Poured (l)"] * any(span.litres is not None for span in story.skills)
-    heads += ["Skills"] * bool(story.skills)
-    return table(heads, (_task_row(task, story) for task in story.tasks))
+    undone, repeated = story.wrong
+    heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Distance from its place (m)"]
+    pours = any(span.litres is not None for span in story.skills)
+    heads += ["Poured (l)"] * pours + ["Skills"] * bool(story.skills)
+    rows = (
+        row(heads, _task_cells(task, story, pours), 1, "bad" if task.number in (*undone, *repeated) else None)
+        for task in story.tasks
+    )
+    return table(heads, rows)
 
 
-def _task_row(task: TaskStory, story: Story) -> Markup:
-    skills, (undone, repeated) = story.skills, story.wrong
+def _task_cells(task: TaskStory, story: Story, pours: bool) -> list[Child]:
+    _, repeated = story.wrong
     place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
     doers = listed(dict.fromkeys(act.robot for act in task.performed)) or "nobody"
     if task.number in repeated:
         doers += f", {len(task.performed)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
-    cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), (_DISTANCE, off)]
-    if skills:
-        mine = [span.litres for span in skills if span.last.task == task.number]
-        if any(span.litres is not None for span in skills):
-            cells.append(("Poured (l)", number(sum(filter(None, mine)), 3)))
-        used = [f"{span.last.robot}: {span.words}" for span in skills if span.last.task == task.number]
-        cells.append(("Skills", "; ".join(used) or "–"))
-    return tag(
-        "tr",
-        tag("td", task.number, data_head="No.", class_="no"),
-        tag("th", joined([badge(task.icon, task.name), task.name]), scope="row"),
-        *(tag("td", text, data_head=name) for name, text in cells),
-        class_="bad" if task.number in (*undone, *repeated) else None,
-    )
+    cells: list[Child] = [task.number, joined([badge(task.icon, task.name), task.name]), place, doers]
+    cells += [claimed, done, off]
+    mine = [span for span in story.skills if span.last.task == task.number]
+    if pours:
+        cells.append(number(sum(span.litres or 0.0 for span in mine), 3))
+    if story.skills:
+        cells.append("; ".join(f"{span.last.robot}: {span.words}" for span in mine) or "–")
+    return cells
 
 
 def _player(clip: Clip | None) -> Markup:

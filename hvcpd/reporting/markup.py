@@ -49,24 +49,38 @@ def table(heads: Iterable[str], rows: Iterable[Markup]) -> Markup:
     return tag("table", head, tag("tbody", *rows))
 
 
+def row(heads: Iterable[str], cells: Iterable[Child], name: int = 0, class_: str | None = None) -> Markup:
+    """A row of a table with these heads. The cell at `name` says what the row is of; on a phone each of the others has
+    its column's head before it."""
+    parts = [
+        tag("th", cell, scope="row")
+        if k == name
+        else tag("td", cell, data_head=head, class_="no" if head == "No." else None)
+        for k, (head, cell) in enumerate(zip(heads, cells, strict=True))
+    ]
+    return tag("tr", *parts, class_=class_)
+
+
 def figure_list(figures: Iterable[tuple[str, str]]) -> Markup:
     """The main figures of a report: each a value and what it is."""
     return tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in figures), class_="figures")
 
 
-def document(title: str, style: Markup, *body: Child, policy: str | None = None) -> str:
-    """A whole HTML page that needs nothing else, with its content security policy, if it has one."""
+def document(title: str, style: Markup, *body: Child, script: str = "", loads: str = "") -> str:
+    """A whole HTML page that needs nothing else.
+
+    By its content security policy it loads nothing but what `loads` allows, and runs no script but this one.
+    """
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; {loads}"
+    if script:
+        fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+        policy += f"script-src 'sha256-{fingerprint}'"
+        body = (*body, tag("script", Markup(script)))
     head = (
         tag("meta", charset="utf-8"),
-        tag("meta", http_equiv="Content-Security-Policy", content=policy) if policy is not None else None,
+        tag("meta", http_equiv="Content-Security-Policy", content=policy),
         tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
         tag("title", title),
         tag("style", style),
     )
     return f"<!doctype html>\n{tag('html', tag('head', *head), tag('body', *body), lang='en')}\n"
-
-
-def security_policy(script: str, more: str = "") -> str:
-    """A content security policy: a page loads nothing but what `more` allows, and runs no script but this one."""
-    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
-    return f"default-src 'none'; style-src 'unsafe-inline'; {more}script-src 'sha256-{fingerprint}'"

@@ -14,12 +14,13 @@ from string import Template
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.audio_clip import flac
-from hvcpd.reporting.markup import joined, security_policy, tag
+from hvcpd.reporting.markup import document, joined, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.speaker import joined as joint
@@ -107,15 +108,13 @@ def page(robots: Sequence[str], speakers: Sequence[Speaker], graph: WordGraph, s
         ],
         "scenes": [asdict(scene) for scene in scenes],
     }
-    script = own_file("playground.js")
-    return Template(own_file("playground.html")).substitute(
-        policy=security_policy(script),
-        style=style_sheet("theme.css", "playground.css"),
-        script=script,
+    body = Template(own_file("playground.html")).substitute(
         data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
         robots=joined([_panel(k, name) for k, name in enumerate(robots)]),
         scenes=joined([_scene(k, scene, robots) for k, scene in enumerate(scenes)]),
     )
+    style, script = style_sheet("theme.css", "playground.css"), own_file("playground.js")
+    return document("Robots' sentences: a playground", style, Markup(body), script=script)
 
 
 def _network(graph: WordGraph, words: Sequence[str]) -> dict[str, Any]:

@@ -68,25 +68,21 @@ def picture(level_db: NDArray[np.float64]) -> tuple[bytes, float]:
 def choose(story: Story, sound: Samples) -> list[Line]:
     """Return the utterances to draw, the best first: each robot's clearest long one, a collision, then other clear
     ones; of sound of shape (n,), float32."""
-    rated = []
-    for line in story.lines:
-        length_s = line.said.end_s - line.said.at_s
-        part = sound[slice_of(line.said.at_s, line.said.end_s, len(sound))]
-        if len(part) < 2 * WINDOW:
-            continue
-        power = float(np.mean(np.square(part, dtype=np.float64)))
-        rated.append((bool(line.heard), min(length_s, 4.0) * np.log1p(power / 1e-8), line))
-    clear = sorted((r for r in rated if not r[2].said.collided), key=lambda r: (not r[0], -r[1], r[2].said.at_s))
-    chosen: dict[int, Line] = {}
-    for robot in story.robots[: MAX_PICTURES - 2]:
-        best = next((r[2] for r in clear if r[2].said.speaker == robot), None)
-        if best is not None:
-            chosen[best.said.utterance] = best
-    collided = [r[2] for r in rated if r[2].said.collided]
-    for line in [*collided[:1], *(r[2] for r in clear)]:
-        if len(chosen) < MAX_PICTURES:
-            chosen.setdefault(line.said.utterance, line)
-    return list(chosen.values())
+    worth: dict[int, float] = {}
+    for said in (line.said for line in story.lines):
+        part = sound[slice_of(said.at_s, said.end_s, len(sound))]
+        if len(part) >= 2 * WINDOW:
+            power = float(np.mean(np.square(part, dtype=np.float64)))
+            worth[said.utterance] = min(said.end_s - said.at_s, 4.0) * float(np.log1p(power / 1e-8))
+    lines = [line for line in story.lines if line.said.utterance in worth]
+    collided = [line for line in lines if line.said.collided]
+    clear = [line for line in lines if not line.said.collided]
+    clear.sort(key=lambda line: (not line.heard, -worth[line.said.utterance], line.said.at_s))
+    firsts = [
+        next((line for line in clear if line.said.speaker == robot), None) for robot in story.robots[: MAX_PICTURES - 2]
+    ]
+    chosen = {line.said.utterance: line for line in (*firsts, *collided[:1], *clear) if line is not None}
+    return list(chosen.values())[:MAX_PICTURES]
 
 
 def figure(line: Line, sound: Samples) -> Markup:
