@@ -83,6 +83,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.ORDERING, T.RIGHT): (S.CONFIRMING, ordering.want_confirmation),
     (S.ORDERING, T.WRONG): (S.DENYING, ordering.want_denial),
     (S.ORDERING, T.REFUSED): (S.READY, ordering.note_refusal),
+    (S.ORDERING, T.GAVE_UP): (S.READY, ordering.note_silence),  # it is busy, and said so late
     (S.ORDERED, T.RIGHT): (S.CONFIRMING, ordering.want_confirmation),
     (S.ORDERED, T.WRONG): (S.DENYING, ordering.want_denial),
     (S.ORDERED, T.REFUSED): (S.READY, ordering.note_refusal),

@@ -70,6 +70,7 @@ def test_nobody_who_is_silent_for_long_is_waited_for() -> None:
     ("said", "state"),
     [
         ("Hi Rob, I am Max, I cannot water the green rose", State.READY),
+        ("Hi Rob, I am Max, I am busy", State.READY),
         ("Hi Rob, I am Max, I will water the green rose", State.CONFIRMING),
         ("Hi Rob, I am Max, I will water the violet rose", State.DENYING),
     ],
@@ -86,4 +87,5 @@ def test_what_is_understood_after_the_time_for_it_still_answers_the_order(said: 
     assert rob.state is state
     peer = rob.peers.get("Max")
     assert peer is not None
-    assert (1 in peer.unable) is (state is State.READY)
+    assert (1 in peer.unable) is ("cannot" in said)
+    assert (peer.silent_until_s > mission.air.now) is ("busy" in said)
