@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.control.cli import main
+from tests.control.conftest import Ran
 from tests.control.obliging import obliging_robot
 
 HEAVY = (
@@ -62,3 +63,15 @@ def test_errors_in_the_settings_are_told_where_no_robot_is_found(
         monkeypatch.setenv("HVCPD_STATE_DIR", str(tmp_path))
         assert main(["stop", "--config", str(config)]) == 0
     assert f"note: the settings have errors ({config}:1: not valid YAML" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("who", ["I am Rob", "I'm Rob", "I’m Rob", "im rob"])
+def test_however_a_speaker_is_written_its_robot_says_the_sentence(
+    who: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ran: Ran
+) -> None:
+    """Of "I'm Rob" this computer made the sound itself, over whoever spoke."""
+    config = tmp_path / "bot.yaml"
+    config.write_text("name: Bot\nstate_dir: .\n")
+    with obliging_robot(tmp_path) as environment:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+        assert ran("say", f"Hi Bot, {who}, what is left", "--config", config) == "Rob says: x\n"

@@ -71,7 +71,7 @@ class Audit:
 
 def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable[TaskDefinition]) -> Audit:
     """Count what was said and heard."""
-    found, pending = Audit(), dict[tuple[str, str], str]()
+    found, pending = Audit(), set[tuple[str, str]]()
     ends = ReportedEnds({task.number: task.name for task in tasks})
     for row in rows:
         if row.record.kind == "garbled":
@@ -86,31 +86,33 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable
         found.sentences[speaker] += 1
         for who, statement in told(utterance, speaker):
             for ended, task in ends.new(who, statement, row.wall_s or 0.0):
-                (found.deeds if ended is m.Completed else found.failed)[who] += 1
-                if ended is m.Completed:
+                if ended is m.Failed:
+                    found.failed[who] += 1
+                else:
+                    found.deeds[who] += 1
                     found.done.setdefault(task, who)
         _count_orders(found, pending, utterance, speaker)
     return found
 
 
-def _count_orders(found: Audit, pending: dict[tuple[str, str], str], u: m.Utterance, speaker: str) -> None:
-    """Count orders, claims, stops and answers; `pending` has the orders that wait for one, by both names."""
+def _count_orders(found: Audit, pending: set[tuple[str, str]], u: m.Utterance, speaker: str) -> None:
+    """Count orders, claims, stops and answers. `pending`: who is to answer an order, and whose."""
     to = str(u.addressee or m.ToAll())
-    answered = pending.get((speaker, to))
+    is_answer = (speaker, to) in pending
     match m.parts(u)[-1].statement:
         case order if isinstance(order, ORDERS):
-            pending[to, speaker] = f"{speaker} to {to}"
+            pending.add((to, speaker))
             found.orders[f"{speaker} to {to}"] += 1
-        case m.Claim() | m.WillMove() if answered:
-            found.taken[answered] += 1
-            del pending[speaker, to]
+        case m.Claim() | m.WillMove() if is_answer:
+            found.taken[f"{to} to {speaker}"] += 1
+            pending.remove((speaker, to))
         case (m.Claim() as claim) | m.Completed(claim=m.Claim() as claim):
             found.claims[speaker] += len(claim.tasks)
         case m.Stop():
             found.stops[speaker] += 1
-        case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
+        case no if type(no) in REASONS and (is_answer or isinstance(no, m.Unable | m.Unknown)):
             found.refusals[f"{speaker} to {to}: {REASONS[type(no)]}"] += 1
-            pending.pop((speaker, to), None)
+            pending.discard((speaker, to))
 
 
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> None:

@@ -14,7 +14,7 @@ from hvcpd.errors import NotAllowedError, NotDoneError, NotRunningError
 SAID_WITHIN_S = 60.0
 """Time for a robot's turn to come: seconds among few robots, up to a minute in a crowd that never falls silent."""
 
-_SPEAKER = re.compile(r"\bi\s+am\s+([a-z][a-z0-9]*)", re.IGNORECASE)
+_SPEAKER = re.compile(r"\bi(?:\s+a|['’])?m\s+([a-z][a-z0-9]*)", re.IGNORECASE)
 
 
 def daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
