@@ -146,7 +146,8 @@ def test_a_comma_is_a_pause(brook: Speaker) -> None:
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
 def test_joints_do_not_click(voice: object) -> None:
-    """A click is a jump; around no joint is there a larger one than inside the units themselves."""
+    """A click is a jump; those around joints are far smaller than the largest inside the units. Without the units' soft
+    ends that is so of five voices of eight."""
     speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
     jumps = np.abs(np.diff(speaker.render(SENTENCE).astype(float), n=2))
     inside = max(
@@ -157,7 +158,7 @@ def test_joints_do_not_click(voice: object) -> None:
     )
     for start, _ in speaker.placed(SENTENCE):
         near = jumps[max(0, start - 200) : start + 200]
-        assert float(np.max(near)) <= 1.1 * inside
+        assert float(np.max(near)) <= 0.6 * inside
 
 
 def test_durations_follow_klatts_rules() -> None:
