@@ -6,7 +6,7 @@ import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
-from hil_fakes.virtual_robot import VirtualRobot
+from hil_fakes.virtual_robot import Kind, VirtualRobot
 
 
 @pytest.fixture
@@ -16,8 +16,14 @@ def bus() -> Iterator[FakeBus]:
 
 
 @pytest.fixture
-def robot() -> Iterator[VirtualRobot]:
-    made = VirtualRobot(seed=1)
+def kind() -> Kind:
+    """The kind of `robot`."""
+    return "dynamixel"
+
+
+@pytest.fixture
+def robot(kind: Kind) -> Iterator[VirtualRobot]:
+    made = VirtualRobot(kind, seed=1)
     made.wheels.open()
     yield made
     made.wheels.close()

@@ -18,10 +18,16 @@ def test_a_square_of_one_metre_closes_within_one_percent(robot: VirtualRobot) ->
     assert math.degrees(robot.pose.heading_rad) == pytest.approx(360.0, abs=2.0)
 
 
+@pytest.mark.parametrize("kind", ["dynamixel", "opencr"])
 def test_places_are_reached_in_truth(robot: VirtualRobot) -> None:
-    for place in (GoTo(0.3, 0.1), GoTo(-0.2, 0.2), GoTo(0.0, 0.0)):
+    assert robot.carry_out(Forward(0.5)) is MotionState.ARRIVED
+    assert math.hypot(robot.pose.x_m - 0.5, robot.pose.y_m) <= 0.03
+    for place in (GoTo(0.2, 0.4), GoTo(-0.2, 0.2), GoTo(0.3, 0.1), GoTo(0.0, 0.0)):
         assert robot.carry_out(place) is MotionState.ARRIVED
         assert math.hypot(robot.pose.x_m - place.x_m, robot.pose.y_m - place.y_m) <= 0.03
+    heading_rad = robot.pose.heading_rad
+    assert robot.carry_out(Turn(math.pi / 2)) is MotionState.ARRIVED
+    assert math.degrees(robot.pose.heading_rad - heading_rad) == pytest.approx(90.0, abs=2.0)
 
 
 def test_the_same_seed_drives_the_same_way_to_the_bit(robot: VirtualRobot) -> None:

@@ -1,7 +1,5 @@
 """The OpenCR driver on a stateful controller, most of it on a line in memory and in virtual time."""
 
-import math
-from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
@@ -10,10 +8,9 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD
 from hil_fakes.dynamixel.opencr import BY_NAME, FakeOpenCR
-from hil_fakes.virtual_robot import VirtualRobot
+from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr
-from hvcpd.hardware.motion import Forward, GoTo, MotionState, Turn
 from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S, Register
 from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.ports import STANDSTILL, WheelCommand
@@ -23,11 +20,8 @@ REGISTERS = [value for value in vars(opencr).values() if isinstance(value, Regis
 
 
 @pytest.fixture
-def robot() -> Iterator[VirtualRobot]:
-    made = VirtualRobot("opencr", seed=1)
-    made.wheels.open()
-    yield made
-    made.wheels.close()
+def kind() -> Kind:
+    return "opencr"
 
 
 def controller(robot: VirtualRobot) -> FakeOpenCR:
@@ -217,15 +211,6 @@ def test_an_empty_battery_stops_the_wheels(robot: VirtualRobot) -> None:
         robot.run(AHEAD, 1.5)
     robot.time.advance(0.25)
     assert robot.fastest_rad_s == 0.0
-
-
-def test_places_are_reached_in_truth(robot: VirtualRobot) -> None:
-    for journey, x_m, y_m in ((Forward(0.5), 0.5, 0.0), (GoTo(0.2, 0.4), 0.2, 0.4)):
-        assert robot.carry_out(journey) is MotionState.ARRIVED
-        assert math.hypot(robot.pose.x_m - x_m, robot.pose.y_m - y_m) <= 0.03
-    heading_rad = robot.pose.heading_rad
-    assert robot.carry_out(Turn(math.pi / 2)) is MotionState.ARRIVED
-    assert math.degrees(robot.pose.heading_rad - heading_rad) == pytest.approx(90.0, abs=2.0)
 
 
 def test_the_stop_at_closing_reaches_the_motors(robot: VirtualRobot) -> None:
