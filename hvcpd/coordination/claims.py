@@ -274,7 +274,8 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         release_assignment(me, doer, number)
         return True
     before = me.claim_heard.before.get(number, entry)
-    agrees = doer in (entry.owner, before.owner) or (me.current.task == number and doer == me.current.owner_before)
+    had_it = doer in (entry.owner, before.owner) or doer in entry.parts
+    agrees = had_it or (me.current.task == number and doer == me.current.owner_before)
     did_part = me.role.name in entry.parts  # its partner began with it, and is done as soon
     sure = (agrees or did_part) and not hearsay
     if not sure or me.current.task == number:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hvcpd.coordination import changing, composing, schedule
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.entry import Entry
+from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.language import messages as m
 
@@ -25,7 +25,8 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
                 changing.tell(me, doer if by_doer and doer else heard.name, entry, now)
             return _without(heard, said, [entry.number for entry in outdated])
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
-            if not me.is_partner(heard.speaker):  # otherwise it denies a read-back
+            is_shared = me.board[me.current.task].is_shared  # then others do it, or it is denied as complete
+            if not me.is_partner(heard.speaker) and not is_shared:  # otherwise it denies a read-back
                 _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
             for number in me.board.not_done():
@@ -92,7 +93,8 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     this robot knows that the task has just become due, and the other one, whose claim it has heard only just now, or
     not at all, says another number, or none."""
     at_work = me.is_at(entry.number)  # then see `claims`
-    may_have_done_it = entry.owner == doer and now - entry.since_s >= me.timing.recent_s
+    part_is_done = bool(entry.parts) or (entry.is_shared and entry.state == DONE)
+    may_have_done_it = part_is_done or (entry.owner == doer and now - entry.since_s >= me.timing.recent_s)
     if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False
     known = changing.counted(entry, count) if count is not None else None

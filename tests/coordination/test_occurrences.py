@@ -6,11 +6,15 @@ from dataclasses import replace
 
 import pytest
 
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import WordMission
 from hil_fakes.word_occurrences import BEGIN_S, counted
 from hvcpd.coordination import schedule
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.hourly import EVERY_HOUR, HOUR_S, again, done_for_this_hour
+from tests.coordination.hourly import EVERY_HOUR, HOUR_S, PLAN, again, done_for_this_hour
+
+PAIRED = (replace(EVERY_HOUR[0], robots=2),)
 
 
 def test_a_robot_that_is_said_to_have_done_what_is_due_knows_by_its_clock_that_it_has_not() -> None:
@@ -283,3 +287,27 @@ def test_who_has_just_done_what_it_heard_become_due_does_not_do_it_again_once_it
         bot.heard(m.Utterance("Rob", m.ToAll(), None, again(7)), at_s)
     assert entry.known_done
     assert entry.change == 7
+
+
+@pytest.mark.parametrize("names", [("Rob", "Bot"), ("Rob", "Bot", "Max")])
+def test_what_two_have_just_done_together_is_not_taken_for_the_last_time(names: tuple[str, ...]) -> None:
+    """They report it in one breath with a confirmation, without its number, and another one denies it to a third: of
+    both they said "task one again", and went on so for a minute and a half each hour."""
+    clocks = dict.fromkeys(names, 0.0)
+    plan = replace(PLAN, names=names, seed=4, tasks=PAIRED, conditions=Conditions(), clocks=clocks)
+    mission = WordMission(plan, keep=True)
+    assert mission.run().missed == 0
+    assert not [u for _, _, u in mission.said if isinstance(m.own_words(u.statement), m.Change)]
+
+
+def test_who_hears_a_part_reported_and_confirmed_knows_that_two_have_done_the_task() -> None:
+    """It took the confirmation for hearsay, and then the other part's report for the first of two."""
+    plan = replace(PLAN, tasks=PAIRED, conditions=Conditions(), clocks={"Rob": 0.0, "Bot": 0.0, "Max": 0.0})
+    mission, one = WordMission(plan), m.TaskByNumber(1)
+    bystander, now = mission.robots["Max"], 100.0
+    for speaker in ("Rob", "Bot"):
+        bystander.heard(m.Utterance(speaker, m.ToTeam("plant"), None, m.Claim(one)), now)
+    bystander.heard(m.Utterance("Bot", m.ToAll(), None, m.Completed(one)), now + 30.0)
+    assert not bystander.board[1].known_done
+    bystander.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, m.Confirmed(one, complete=True)), now + 40.0)
+    assert bystander.board[1].known_done
