@@ -11,7 +11,7 @@ import numpy as np
 
 from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of, power_ratio
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.stream import FrameHistory
 from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
@@ -20,6 +20,9 @@ from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
 GAIN_STEP_DB = 6.0
 """Distance of the three template gains that are decoded side by side, around the level at the onset. Where the level is
 farther from the middle one before a sentence they move to it."""
+MOST_RISE_DB = 18.0
+"""Sound this much louder than the middle gain is no part of a sentence in progress: a robot that comes nearer, or says
+"hi" softly, rises by 14 dB. In the noise of a quiet room a path may be in progress by chance when somebody speaks."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 48
@@ -200,7 +203,11 @@ class DecoderSession:
             self._tail = block
             return
         self._tail = block[-2 * CONTEXT_FRAMES :]
-        self._retune(self._bank.level_of(recent, noise))
+        level = self._bank.level_of(recent, noise)
+        if level > self._gain * power_ratio(MOST_RISE_DB):
+            self.wake(recent, self._next + len(block) - CONTEXT_FRAMES - len(recent), noise)
+            return
+        self._retune(level)
         mask = self._bank.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         features = features_of(block + mask)

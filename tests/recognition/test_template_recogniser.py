@@ -54,6 +54,29 @@ def test_a_faint_answer_right_after_a_loud_sentence_is_heard(gap_s: float) -> No
     assert heard(in_noise(sound, noise_dbfs=-70.0)) == ["hi rob stop", "hi bot water rose"]
 
 
+def after_a_faint_voice(faint: str, faint_db: float, gap_s: float, loud: str) -> list[str]:
+    """What is heard when somebody speaks up `gap_s` after a faint voice's end, or before it."""
+    before, after = sentence(faint) * np.float32(10.0 ** (faint_db / 20.0)), sentence(loud)
+    begin = len(before) + int(gap_s * RATE)
+    sound = np.zeros(begin + len(after), np.float32)
+    sound[: len(before)] += before
+    sound[begin:] += after
+    return heard(in_noise(sound, noise_dbfs=-80.0))
+
+
+@pytest.mark.parametrize("gap_s", [-0.3, 0.0, 0.2])
+@pytest.mark.parametrize("faint_db", [-40.0, -25.0])
+def test_a_speaker_near_by_is_heard_while_a_faint_voice_may_be_saying_a_sentence(faint_db: float, gap_s: float) -> None:
+    """The templates kept the faint voice's level, and the sentence was garbled."""
+    assert after_a_faint_voice("hi bot", faint_db, gap_s, "hi rob, water green") == ["hi rob water green"]
+
+
+@pytest.mark.parametrize("faint_db", [-40.0, -30.0])
+def test_a_faint_voice_and_a_loud_one_make_no_sentence_together(faint_db: float) -> None:
+    """People who ordered coffee in a quiet room were told as "Max, turn left", by templates 50 dB too faint."""
+    assert after_a_faint_voice("hi rob", faint_db, 0.1, "water green rose") == ["garbled"]
+
+
 def test_position_confidence_and_snr_are_told() -> None:
     sound = sentence("hi rob, water green")
     [event] = recogniser().push(in_noise(sound, noise_dbfs=-40.0))
