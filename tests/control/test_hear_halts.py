@@ -19,7 +19,7 @@ from tests.recognition.signals import in_noise
 
 @pytest.mark.slow
 @pytest.mark.parametrize("around_s", [0.0, 2.0])
-@pytest.mark.parametrize("caller", ["Ada", "Bea"])
+@pytest.mark.parametrize("caller", ["Ada", "Pia"])
 def test_a_call_is_shown_with_the_halt_before_it(
     caller: str, around_s: float, capsys: pytest.CaptureFixture[str], ran: Ran, tmp_path: Path
 ) -> None:
