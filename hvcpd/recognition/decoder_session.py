@@ -20,9 +20,9 @@ from hvcpd.recognition.templates import FILLER_COST, Noise, Scorer, TemplateBank
 GAIN_STEP_DB = 6.0
 """Distance of the three template gains that are decoded side by side, around the level at the onset. Where the level is
 farther from the middle one before a sentence they move to it."""
-MOST_RISE_DB = 18.0
-"""Sound this much louder than the middle gain is no part of a sentence in progress: a robot that comes nearer, or says
-"hi" softly, rises by 14 dB. In the noise of a quiet room a path may be in progress by chance when somebody speaks."""
+MOST_RISE_DB = 2.0 * GAIN_STEP_DB
+"""Sound this much louder than the middle gain, a step louder than the highest, is heard again at its own level: in the
+noise of a quiet room a path may be in progress by chance when somebody speaks."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 48
