@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from hvcpd.assembly.make import make_phrasebook_and_recogniser
+from hvcpd.assembly.make import make_phrasebook_and_recogniser, voices_of
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import MAX_KNOWN_NAMES
@@ -28,6 +28,11 @@ class NameRegistry:
         self._guests = set(self.people).difference(name.lower() for name in (plan.role.name, *settled))
         """Names that are known only because they are enrolled, in lower case."""
         self.names = plan.team.names
+
+    @property
+    def voices(self) -> dict[str, str]:
+        """The voices of all who are known, by name in lower case."""
+        return voices_of(self.names, self._sound, self.people)
 
     def knows(self, name: str) -> bool:
         """Whether a name is known, whatever its case."""

@@ -32,8 +32,8 @@ class ControlService:
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
         self.reloader = Reloader(body, rereading)
-        self._handler = RequestHandler(body, self.reloader)
-        self._server = self._handler.server
+        self.handler = RequestHandler(body, self.reloader)
+        self._server = self.handler.server
         self._events = EventSource(body.wiring.settings.name, body.meter)
         self._tap = SoundTap()
         self._file: SocketFile | None = None
@@ -96,10 +96,6 @@ class ControlService:
         if self.body.journal.loss is not None:
             robot.coordination.tell_memory_lost(robot.now)
 
-    def stop(self) -> None:
-        """Stop the robot, or have it begin stopped if it is not ready yet."""
-        self._handler.halt()
-
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
         """Publish one step of the robot: its input `heard`, shape (n,), float32, and its `output`."""
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
@@ -134,7 +130,7 @@ class ControlService:
 
     def _note_memory(self, now: float) -> None:
         journal = self.body.journal
-        memory = replace(self._memory, fault=journal.fault, unkept=journal.unkept, loss=journal.loss)
+        memory = replace(self._memory, fault=journal.fault, unkept=journal.latch.unkept, loss=journal.loss)
         if memory != self._memory:
             self._memory = memory
             self.publish(as_json(replace(memory, at_s=now)))

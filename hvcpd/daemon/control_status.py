@@ -117,7 +117,7 @@ def status_of(body: Body) -> dict[str, Any]:
             "lost": body.journal.lost,
             "fault": body.journal.fault,
             "loss": body.journal.loss,
-            "unkept": body.journal.unkept,
+            "unkept": body.journal.latch.unkept,
         },
     }
 

@@ -56,7 +56,8 @@ class JournalService:
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
         self._thread = WorkerThread("memory")
-        self._latch = LatchService(stop_latch(wiring))
+        self.latch = LatchService(stop_latch(wiring))
+        """Says whether the next start begins stopped."""
         self._lock: int | None = None
         """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
         self._memory: Memory | None = None
@@ -86,11 +87,6 @@ class JournalService:
         self.lost = 0
         """Number of records that were not saved."""
 
-    @property
-    def unkept(self) -> str | None:
-        """Why a stop or resume would not survive a restart; None if it would."""
-        return self._latch.unkept
-
     def use_tasks(self, tasks: TaskRepository) -> None:
         """Use these tasks from now on."""
         self._journal.use_tasks(tasks)
@@ -113,17 +109,17 @@ class JournalService:
                 "code of the sheet, and nobody believes it",
                 remedy="hvcpctl key rotate --after 0 --keep 0, and hand the new key to all robots",
             )
-        self._latch.begin(latched, self.stopped, self.fault is not None)
+        self.latch.begin(latched, self.stopped, self.fault is not None)
         return memory
 
     def write(self, records: Sequence[Record], now: float) -> None:
         """Save the records of one step."""
         self._now = now
-        if (broken := self._broken or self._latch.broken) is not None:
+        if (broken := self._broken or self.latch.broken) is not None:
             raise broken
         stops = [record.stopped for record in records if isinstance(record, SaveStopped)]
         if stops:
-            self.stop(stops[-1])  # the last alone: "resume, stop" must not be "free" for a moment
+            self.latch.stop(stops[-1])  # the last alone: "resume, stop" must not be "free" for a moment
         records = [record for record in records if not isinstance(record, SaveStopped)]
         for record in records:
             key = _key(record)
@@ -142,7 +138,7 @@ class JournalService:
             at_once = any(map(self._must_not_wait, records))
             self._later += [(record, now) for record in records]
             self._peers.update(record.name.casefold() for record in records if isinstance(record, SavePeer))
-        self._latch.tick(now)
+        self.latch.tick(now)
         if at_once or (self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER)):
             self._send_later()
         elif self.fault is None and now - self._checked_s >= CHECK_S:
@@ -187,14 +183,6 @@ class JournalService:
         self._waiting += len(records)
         self._thread.run(work).add_done_callback(lambda done: self._landed(done, records))
 
-    def stop(self, stopped: bool = True) -> None:
-        """Save at once whether the robot is stopped."""
-        self._latch.stop(stopped)
-
-    async def stop_kept(self) -> str | None:
-        """Wait until the stop, or its end, is on the disk; return None, or why it is not."""
-        return await self._latch.kept()
-
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
         self._send_later()
@@ -204,7 +192,7 @@ class JournalService:
         """Wait until all is written."""
         self._send_later()
         await self._thread.settled()
-        await self._latch.settled()
+        await self.latch.settled()
 
     async def close(self) -> None:
         """Write all waiting records, close the file, end the thread."""
@@ -213,7 +201,7 @@ class JournalService:
             for store in (self._memory.store, self._memory.seals):
                 if store is not None:
                     await self._thread.run(store.close)
-        await self._latch.close()
+        await self.latch.close()
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
@@ -231,7 +219,7 @@ class JournalService:
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
         lost = self._set_changes_aside()
-        memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None, lost)
+        memory = self._memory = open_memory(files, self.latch.file, wiring.keys is not None, lost)
         recent = Recent(runtime_file(wiring.settings, ".recent"), memory.latched.memory)
         journal = self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
@@ -295,7 +283,7 @@ class JournalService:
             if self.fault is not None and not self._unwritten:
                 self.fault = None
                 _log.info("memory works again", lost=self.lost)
-                self._latch.doubt(False)
+                self.latch.doubt(False)
         elif isinstance(error, StoreError):
             self._lose(records, str(error))
         else:
@@ -307,7 +295,7 @@ class JournalService:
         if self.fault is None:
             _log.error("memory failed", reason=reason)
             self.fault = reason
-            self._latch.doubt(True)
+            self.latch.doubt(True)
 
 
 def _key(record: Record) -> tuple[object, ...] | None:

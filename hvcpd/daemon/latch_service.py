@@ -54,7 +54,7 @@ class LatchService:
         self._began.set()
         self._write()
 
-    def stop(self, stopped: bool) -> None:
+    def stop(self, stopped: bool = True) -> None:
         """Save at once whether the robot is stopped."""
         self._is_stopped = stopped
         self._write()

@@ -77,18 +77,15 @@ class Daemon:
         self._manager = manager or ServiceManager({})
         self._devices = devices
         self._rendered = rendered
-        self._journal = JournalService(wiring)
         self._pose = PoseKeeper(runtime_file(wiring.settings, ".pose"))
-        self._control = ControlService(Body(wiring, self._journal), rereading)
-        self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
-        self._wheels: WheelService | None = None
+        self._body = Body(wiring, JournalService(wiring))
+        self._control = ControlService(self._body, rereading)
+        self._clips = Clips(lambda: self._body.wiring.settings.clips, wiring.settings.name)
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[ChannelSegment, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
         self._second = SecondPass[Segment, Found](None)
-        self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
-        self.sound: SoundService | None = None
-        self.robot: Robot | None = None
+        self._body.preparation = Preparation(self._tell_preparation)
         self.listening = False
         """Whether the robot listens and speaks, so that it can say that it leaves."""
         self._ready = asyncio.Event()
@@ -100,7 +97,17 @@ class Daemon:
     @property
     def wiring(self) -> Wiring:
         """The wiring in force; a reload replaces it."""
-        return self._control.body.wiring
+        return self._body.wiring
+
+    @property
+    def robot(self) -> Robot | None:
+        """None as long as it is being made."""
+        return self._body.robot
+
+    @property
+    def sound(self) -> SoundService | None:
+        """None as long as the card is not looked for."""
+        return self._body.sound
 
     def leave(self) -> None:
         """Make `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
@@ -120,47 +127,44 @@ class Daemon:
 
         Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
         """
-        settings = self.wiring.settings
+        body, settings = self._body, self.wiring.settings
         async with AsyncExitStack() as stack:
             stack.callback(self._manager.close)
             stack.callback(self._control.release)
-            stack.push_async_callback(self._journal.close)
+            stack.push_async_callback(body.journal.close)
             stack.push_async_callback(self._clips.close)
             stack.push_async_callback(self._channel.close)
             stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
-            stack.callback(self._preparation.stop)
+            stack.callback(body.preparation.stop)
             await self._control.open()
             self._open_button(stack)
-            memory = await self._journal.open()
+            memory = await body.journal.open()
             here = self._pose.recall()
             self._tell_start(memory, here)
 
-            sound = self.sound = self._control.body.sound = SoundService(
-                lambda: self._devices.make_stream(settings.audio)
-            )
+            sound = body.sound = SoundService(lambda: self._devices.make_stream(settings.audio))
             stack.push_async_callback(sound.close)
             await sound.open()
 
             self._manager.status("preparing words; the first time takes longest")
             navigator = self._goal_navigator()
-            body = self._control.body
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            heard, workers = self._journal.names, (self._channel, self._second)
+            heard, workers = body.journal.names, (self._channel, self._second)
             plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
             warm_up = await self._warm_up(plan)
-            robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
+            robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()
             registry = NameRegistry(plan, self.wiring.sound, settings.names)
-            learning = self._name_learning = NameLearning(robot, registry, self.wiring.sound, warm_up, self._rendered)
+            learning = self._name_learning = NameLearning(robot, registry, warm_up, self._rendered)
             stack.push_async_callback(learning.close)
             body.join, body.retask = learning.join, learning.retask
             self._ready.set()
             if settings.learn_voices:
                 self._adaptation = Adaptation(
-                    settings.name, enrolled, body.update_person, settings.state_dir, self._second, self._journal.robots
+                    settings.name, enrolled, body.update_person, settings.state_dir, self._second, body.journal.robots
                 )
                 stack.push_async_callback(self._adaptation.settled)
 
@@ -175,13 +179,13 @@ class Daemon:
 
     async def _warm_up(self, plan: RobotPlan) -> CacheWarmUp:
         """With the words rendered that the robot listens for."""
-        warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
+        warm_up = CacheWarmUp(plan, self.wiring.sound, self._body.preparation)
         await asyncio.to_thread(warm_up.before_listening)
         warm_up.tell_unkept()
         return warm_up
 
     def _open_button(self, stack: AsyncExitStack) -> None:
-        button = self._control.body.button = self._devices.make_stop_button(self.wiring.settings.stop_button)
+        button = self._body.button = self._devices.make_stop_button(self.wiring.settings.stop_button)
         if button is not None:
             stack.callback(button.close)
             watching = asyncio.ensure_future(self._watch_button())
@@ -191,12 +195,12 @@ class Daemon:
         """Until the robot lives, and looks at it in each block; it begins stopped if the button was pressed before."""
         while not self.listening:
             if self._look_at_button():
-                self._control.stop()
+                self._control.handler.halt()
             await asyncio.sleep(BUTTON_S)
 
     def _look_at_button(self) -> bool:
         """Note whether the button is pressed. Returns whether it was not before."""
-        before, self._held_down = self._held_down, self._control.body.is_held_down
+        before, self._held_down = self._held_down, self._body.is_held_down
         is_new = self._held_down and not before
         if is_new:
             _log.warning("stop button pressed")
@@ -217,19 +221,19 @@ class Daemon:
         if wheels is None:
             return
         self._manager.status("looking for the wheels")
-        body = self._control.body
+        body = self._body
         if isinstance(wheels, RosBase):  # it comes and goes, and the robot talks on without it
             body.base = BaseRequestHandler(wheels, navigator)
-            self._wheels = WheelService(wheels, lost_s=math.inf)
+            service = WheelService(wheels, lost_s=math.inf)
         else:
-            self._wheels = WheelService(wheels)
+            service = WheelService(wheels)
         if joints is not None:
             stack.push_async_callback(joints.close)
-        stack.push_async_callback(self._wheels.close)
-        await self._wheels.open()
-        body.wheels = self._wheels
+        stack.push_async_callback(service.close)
+        await service.open()
+        body.wheels = service
         if joints is not None:
-            joints.begin(self._wheels, wheels)
+            joints.begin(service, wheels)
 
     def _joints(self) -> JointService | None:
         """The driver of the joints, if there are any."""
@@ -241,29 +245,30 @@ class Daemon:
 
     async def settled(self) -> None:
         """Wait until wheels and memory are idle; for simulations that control the time."""
-        begun = (self._wheels, self._name_learning, self._adaptation)
-        for part in (*begun, self._channel, self._second, self._journal, self._pose):
+        begun = (self._body.wheels, self._name_learning, self._adaptation)
+        for part in (*begun, self._channel, self._second, self._body.journal, self._pose):
             if part is not None:
                 await part.settled()
 
     async def _live(self, robot: Robot, sound: SoundService, learning: NameLearning) -> None:
         self.listening = True
+        wheels = self._body.wheels
         while not self._has_left(robot):
             block = await sound.read()
             robot.report_latency(sound.latency_s)
             if block.disturbed or sound.overload.standing:
                 robot.disturb()
-            reading = self._wheels.take_reading() if self._wheels is not None else None
+            reading = wheels.take_reading() if wheels is not None else None
             self._keep_time(robot, time.time())
             self._look_at_button()
             robot.is_held_down = self._held_down
             output = robot.step(block.samples, reading, block.lost)
-            if self._wheels is not None:
-                self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
+            if wheels is not None:
+                wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
             sound.write(output.sound)
             self._clips.take(block.samples, robot.now, output.records)
             self._control.note(robot, block.samples, reading, output)
-            self._journal.write(output.records, robot.now)
+            self._body.journal.write(output.records, robot.now)
             self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
             learning.take(output.records)
             if self._adaptation is not None:
@@ -302,7 +307,7 @@ class Daemon:
         if sound.overload.standing:
             return f"{TOO_BUSY}: sound is lost or late"
         stands = STOPPED if robot.coordination.knowledge.latched else None
-        return "; ".join(filter(None, (self._listens, stands, self._preparation.text)))
+        return "; ".join(filter(None, (self._listens, stands, self._body.preparation.text)))
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:

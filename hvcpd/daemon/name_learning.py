@@ -8,9 +8,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Sequence
 
 import structlog
 
-from hvcpd.assembly.make import voices_of
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.assembly.sound import Sound
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
@@ -39,14 +37,12 @@ class NameLearning:
         self,
         robot: Robot,
         registry: NameRegistry,
-        sound: Sound,
         warm_up: CacheWarmUp,
         rendered: Rendered = at_once,
     ) -> None:
         """`rendered` waits until another process has rendered the words that the robot does not need at once."""
         self._robot = robot
         self._registry = registry
-        self._sound = sound
         self._warm_up = warm_up
         self._goes_on = warm_up.preparation.goes_on
         self._rendered = rendered
@@ -113,7 +109,7 @@ class NameLearning:
     async def _join(self, names: Sequence[str]) -> None:
         async with self._turn:
             self._registry.forget_people()
-            self._expect_voices()
+            self._robot.expect(self._registry.voices)
         learned = [await self._learn(name, given=True) for name in names]
         if not any(learned):  # else the new ears know everything
             async with self._turn:
@@ -140,20 +136,17 @@ class NameLearning:
             if self._registry.knows(name):  # it was spelled twice, or is enrolled now
                 if given:
                     self._registry.mark_given(name)
-                    self._expect_voices()
+                    self._robot.expect(self._registry.voices)
                 return False
             try:
                 self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, given))
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
                 return False
-            self._expect_voices()
+            self._robot.expect(self._registry.voices)
             self._tidy_s = self._robot.now + ADOPTED_S
             _log.info("name learned", name=name, names=", ".join(self._registry.names))
             return True
-
-    def _expect_voices(self) -> None:
-        self._robot.expect(voices_of(self._registry.names, self._sound, self._registry.people))
 
     def _make_ready(self, name: str, given: bool) -> tuple[Phrasebook, SpeechRecogniser]:
         ready = self._registry.learn(name, given)

@@ -23,13 +23,12 @@ class ServiceManager:
     """
 
     def __init__(
-        self, environment: Mapping[str, str] | None = None, clock: Callable[[], float] = time.monotonic
+        self, environment: Mapping[str, str] = os.environ, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        given = os.environ if environment is None else environment
-        name = given.get("NOTIFY_SOCKET", "")
+        name = environment.get("NOTIFY_SOCKET", "")
         self._address = "\0" + name[1:] if name.startswith("@") else name
         self._clock = clock
-        self._beat_every_s = _watchdog_s(given) / BEATS_A_PERIOD
+        self._beat_every_s = _watchdog_s(environment) / BEATS_A_PERIOD
         self._beaten_s: float | None = None
         self._status = ""
         self._socket: socket.socket | None = None

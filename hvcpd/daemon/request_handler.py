@@ -116,7 +116,7 @@ class RequestHandler:
         return {"before": before, **await self._kept()}
 
     def halt(self) -> bool:
-        """Stop the robot. Returns whether it was stopped before."""
+        """Stop the robot, or have it begin stopped if it is not ready yet. Returns whether it was stopped before."""
         if self._body.wheels is not None:
             self._body.wheels.halt()
         self._body.skills.halt()
@@ -125,7 +125,7 @@ class RequestHandler:
             before, self._body.journal.stopped = self._body.journal.stopped, True
         else:
             before = not robot.coordination.stop(robot.now)
-        self._body.journal.stop()
+        self._body.journal.latch.stop()
         return before
 
     async def resume(self, arguments: Arguments, _client: Client) -> Result:
@@ -137,12 +137,12 @@ class RequestHandler:
         if arguments.get("all"):  # before anything else is heard: a "stop" that comes now withdraws it
             call = Utterance(self._body.wiring.settings.name, ToAll(), None, Resume())
             untold = robot.coordination.say(call, robot.now)
-        self._body.journal.stop(False)
+        self._body.journal.latch.stop(False)
         return {"before": before, **await self._kept(), "untold": untold}
 
     async def _kept(self) -> Result:
         """Wait until it is on the disk that the robot is stopped or free; which of them it then is."""
-        unkept = await self._body.journal.stop_kept()
+        unkept = await self._body.journal.latch.kept()
         stopped = self._body.robot is None or self._body.robot.coordination.knowledge.latched
         return {"stopped": stopped, "kept": unkept is None, "reason": unkept}
 

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 import structlog
 
@@ -44,14 +43,6 @@ async def offer(path: Path, runners: Mapping[str, Runner]) -> None:
         await asyncio.sleep(AGAIN_S)
 
 
-@runtime_checkable
-class OnPort(Protocol):
-    """Wheels on a serial port."""
-
-    @property
-    def port(self) -> str: ...
-
-
 def _tell_end(task: asyncio.Task[None]) -> None:
     if not task.cancelled() and (error := task.exception()) is not None:
         _log.warning("joints not offered", reason=str(error))
@@ -78,8 +69,10 @@ class JointService:
 
     def begin(self, service: WheelService, wheels: Wheels) -> None:
         """Offer them as skills, now that their bus is open."""
+        from hvcpd.hardware.wheels_find import FoundWheels  # loads the motors' SDK
+
         loose = tuple(joint.settings.id for joint in self.joints if joint.settings.stopped == "release")
-        if loose and isinstance(wheels, OnPort):
+        if loose and isinstance(wheels, FoundWheels):
             self._guard = GuardLine(line=Line(wheels.port, self._settings.wheels.baud_rate, loose))
         motions = {name: JointRunner(joint, service.exchange_now) for name, joint in self._named.items()}
         self._task = asyncio.get_running_loop().create_task(offer(socket_path(self._settings), motions))

@@ -12,7 +12,6 @@ import yaml
 
 from hvcpd.config.settings import (
     DEFAULT_TEAMS,
-    MAX_KNOWN_NAMES,
     MAX_TEAMS,
     AudioSettings,
     ClipSettings,
@@ -100,11 +99,6 @@ def test_the_own_team_is_always_known(tmp_path: Path) -> None:
     assert load(tmp_path, "name: Rob\nteams: []\n").teams == ("plant",)
 
 
-@pytest.mark.parametrize("mode", ["volunteer", "coordinate", "follow"])
-def test_the_three_modes(mode: str, tmp_path: Path) -> None:
-    assert load(tmp_path, f"name: Rob\nmode: {mode}\n").mode == mode
-
-
 def test_file_names_are_relative_to_the_file_and_options_to_the_shell(tmp_path: Path) -> None:
     settings = load(tmp_path, "name: Rob\ntasks: a/t.yaml\nlexicon: more.txt\nstate_dir: ~/state\n")
     assert settings.tasks == tmp_path / "a" / "t.yaml"
@@ -176,18 +170,13 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Abcdefghijklmnopq\n", "F:1", "has 17"),
         ("name: Rob\ntimbre: 90\n", "F:2", "unknown key 'timbre'"),
         ("team: plant\n", "F:1", "the robot has no name"),
+        (f"name: Rob\nnames: [{', '.join(f'N{number}' for number in range(13))}]\n", "F:2", "at most 12 names"),
     ],
 )
 def test_faults(text: str, place: str, part: str, tmp_path: Path) -> None:
     (line,) = faults(tmp_path, text)
     assert line.startswith(f"{place}: ")
     assert part in line
-
-
-def test_too_many_known_names(tmp_path: Path) -> None:
-    names = ", ".join(f"N{number}" for number in range(MAX_KNOWN_NAMES + 1))
-    (line,) = faults(tmp_path, f"name: Rob\nnames: [{names}]\n")
-    assert "at most 12 names" in line
 
 
 def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ async def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(
             await journal.settled()
             assert journal.fault is not None
             assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
-            assert "the next start will be stopped" in (await journal.stop_kept() or ""), "so is who says resume told"
+            assert "the next start will be stopped" in (await journal.latch.kept() or ""), "so is who says resume told"
             journal.write((SaveTask(1, "done", "Rob"),), 1.5)
             await journal.settled()
         journal.write((), 10.0)
@@ -70,28 +70,28 @@ async def test_a_disk_that_works_again_is_noticed_by_a_robot_that_has_nothing_to
     with no_new_bytes(), capture_logs():
         await (journal := JournalService(wiring)).open()
     assert journal.fault is not None
-    journal.stop(False)
+    journal.latch.stop(False)
     journal.write((), 2.0)
     await journal.settled()
     assert journal.fault is None
-    assert await journal.stop_kept() is None
+    assert await journal.latch.kept() is None
     assert permit(wiring) is Permit.FREE
     await journal.close()
 
 
 async def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(wiring: Wiring) -> None:
     journal = JournalService(wiring)
-    journal.stop()  # before the memory is open
+    journal.latch.stop()  # before the memory is open
     opening = asyncio.ensure_future(journal.open())
-    assert await journal.stop_kept() is None
+    assert await journal.latch.kept() is None
     await opening
     assert permit(wiring) is Permit.STOPPED
-    journal.stop(False)
-    assert await journal.stop_kept() is None
+    journal.latch.stop(False)
+    assert await journal.latch.kept() is None
     assert permit(wiring) is Permit.FREE
     with taken(wiring):
         journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
-        assert await journal.stop_kept() is None
+        assert await journal.latch.kept() is None
         assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
     await journal.close()
     await starts_stopped(wiring)
@@ -108,8 +108,8 @@ async def test_resume_and_stop_in_one_breath_leave_the_latch_stopped_all_the_whi
     noting = True
     try:
         async with opened(wiring) as (journal, _):
-            journal.stop()
-            assert await journal.stop_kept() is None
+            journal.latch.stop()
+            assert await journal.latch.kept() is None
             journal.write((SaveStopped(False), SaveStopped(True)), 1.0)
             await journal.settled()
     finally:
@@ -121,8 +121,8 @@ async def test_resume_and_stop_in_one_breath_leave_the_latch_stopped_all_the_whi
 async def test_a_memory_has_one_daemon_whichever_sockets_they_have(wiring: Wiring) -> None:
     journal, other = JournalService(wiring), JournalService(wiring)
     await journal.open()
-    journal.stop()
-    assert await journal.stop_kept() is None
+    journal.latch.stop()
+    assert await journal.latch.kept() is None
     with pytest.raises(RunningError, match=re.escape(str(wiring.settings.memory_path))):
         await other.open()
     await other.close()
@@ -152,7 +152,7 @@ async def test_a_robot_that_was_stopped_says_at_its_start_why_it_does_nothing(wi
     with capture_logs() as logs:
         for _ in range(2):
             async with opened(wiring) as (journal, _):
-                journal.stop()
+                journal.latch.stop()
     (told,) = logs
     assert (told["log_level"], told["event"]) == ("warning", "starts stopped")
     assert "hvcpctl resume" in told["remedy"]
@@ -169,7 +169,7 @@ async def test_changes_of_tasks_that_cannot_be_read_are_set_aside_and_the_robot_
     async with opened(damaged) as (journal, _):
         assert journal.stopped
         assert journal.loss == f"{file} cannot be read, and is set aside"
-        journal.stop(False)
+        journal.latch.stop(False)
     assert file.with_name("rob.tasks.yaml.corrupt-1").read_text() == "removed: ["
     async with opened(wire_up(wiring.settings)) as (again, _):
         assert not again.stopped, "it was told to resume"

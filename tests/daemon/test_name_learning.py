@@ -63,7 +63,7 @@ class School:
         self.people = {name.lower(): Person(name, {"stop": [np.ones((20, 24), np.float32)]}) for name in names}
 
     def name_learning(self) -> NameLearning:
-        return NameLearning(cast(Robot, self.adaptation), self.roster, self.sound, CacheWarmUp(self.plan, self.sound))
+        return NameLearning(cast(Robot, self.adaptation), self.roster, CacheWarmUp(self.plan, self.sound))
 
     async def join(self, *names: str) -> None:
         name_learning = self.name_learning()

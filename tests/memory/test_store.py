@@ -136,10 +136,8 @@ def test_the_version_is_in_the_file(path: Path, store: Store) -> None:
         assert db.execute("PRAGMA user_version").fetchone() == (SCHEMA_VERSION,)
 
 
-def test_closing_twice_is_harmless(path: Path) -> None:
-    store = Store(path)
-    store.close()
-    store.close()
+def test_closing_twice_is_harmless(store: Store) -> None:
+    store.close()  # and again at the end
 
 
 @pytest.mark.parametrize(
