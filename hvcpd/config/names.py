@@ -126,11 +126,11 @@ def valid_task_name_length(name: str) -> str | None:
     return f"a task name has {MIN_TASK_WORDS} to {MAX_TASK_WORDS} words, {name[:40]!r} has {count}; reword it"
 
 
-def valid_word(word: object) -> str | None:
+def valid_word(word: str) -> str | None:
     """What is wrong with a word that is to have alternatives, or None."""
-    if isinstance(word, str) and _WORD.fullmatch(word) and len(word) <= MAX_WORD_LENGTH:
+    if _WORD.fullmatch(word) and len(word) <= MAX_WORD_LENGTH:
         return None
-    return f"{str(word)[:40]!r} is not one lower-case word of the letters a-z; write it as in the task's name"
+    return f"{word[:40]!r} is not one lower-case word of the letters a-z; write it as in the task's name"
 
 
 def valid_alternative(phrase: str) -> str | None:

@@ -143,7 +143,7 @@ def _check_peers(parts: Parts) -> None:
         return
     known = {name.casefold() for name in names}
     checked: list[str] = []
-    for peer in (peer for peer in peers if isinstance(peer, str)):
+    for peer in peers:
         checked.append(peer)
         if (text := repeated_names(tuple(checked))) is not None:
             checked.pop()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -111,12 +112,9 @@ def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Wiring
 
 def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
     logs, _, wiring = lonely
-    store = Store(wiring.settings.memory_path)
-    try:
+    with closing(Store(wiring.settings.memory_path)) as store:
         assert [(task.state, task.owner) for task in store.tasks()] == [("done", "Rob")]
         assert [record.text for record in store.transcript()] == said(logs)
-    finally:
-        store.close()
     with capture_logs() as later:
 
         def idle() -> bool:
@@ -227,13 +225,10 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
     assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Bot"}
     assert any(text.startswith(("Hi Rob, I am Bot, confirmed", "Hi Bot, I am Rob, confirmed")) for text in said(logs))
     for wiring, other in zip(outfits, ("Bot", "Rob"), strict=True):
-        store = Store(wiring.settings.memory_path)
-        try:
+        with closing(Store(wiring.settings.memory_path)) as store:
             names = tuple(peer.name for peer in store.peers())
-            assert names == (other,)
-            assert wiring.names_with(names) == (*wiring.names, other)
-        finally:
-            store.close()
+        assert names == (other,)
+        assert wiring.names_with(names) == (*wiring.names, other)
 
 
 @pytest.mark.slow
