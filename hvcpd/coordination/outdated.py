@@ -94,8 +94,8 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     not at all, says another number, or none."""
     at_work = me.is_at(entry.number)  # then see `claims`
     part_is_done = bool(entry.parts) or (entry.is_shared and entry.state == DONE)
-    may_have_done_it = part_is_done or (entry.owner == doer and now - entry.since_s >= me.timing.recent_s)
-    if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
+    had_it = doer in (entry.owner, *entry.helpers) and now - entry.since_s >= me.timing.recent_s
+    if me.clock_s is None or not entry.recurs or entry.known_done or part_is_done or had_it or at_work:
         return False
     known = changing.counted(entry, count) if count is not None else None
     is_older = known is not None and known < entry.change

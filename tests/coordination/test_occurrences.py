@@ -14,7 +14,7 @@ from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.hourly import EVERY_HOUR, HOUR_S, PLAN, again, done_for_this_hour
 
-PAIRED = (replace(EVERY_HOUR[0], robots=2),)
+PAIRED = tuple(replace(task, robots=2) for task in EVERY_HOUR[:2])
 
 
 def test_a_robot_that_is_said_to_have_done_what_is_due_knows_by_its_clock_that_it_has_not() -> None:
@@ -289,12 +289,14 @@ def test_who_has_just_done_what_it_heard_become_due_does_not_do_it_again_once_it
     assert entry.change == 7
 
 
-@pytest.mark.parametrize("names", [("Rob", "Bot"), ("Rob", "Bot", "Max")])
-def test_what_two_have_just_done_together_is_not_taken_for_the_last_time(names: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(("n_robots", "n_tasks", "seed"), [(2, 1, 4), (3, 1, 4), (4, 2, 3)])
+def test_what_two_have_just_done_together_is_not_taken_for_the_last_time(
+    n_robots: int, n_tasks: int, seed: int
+) -> None:
     """They report it in one breath with a confirmation, without its number, and another one denies it to a third: of
     both they said "task one again", and went on so for a minute and a half each hour."""
-    clocks = dict.fromkeys(names, 0.0)
-    plan = replace(PLAN, names=names, seed=4, tasks=PAIRED, conditions=Conditions(), clocks=clocks)
+    clocks = dict.fromkeys(("Rob", "Bot", "Max", "Zoe")[:n_robots], 0.0)
+    plan = replace(PLAN, names=tuple(clocks), seed=seed, tasks=PAIRED[:n_tasks], conditions=Conditions(), clocks=clocks)
     mission = WordMission(plan, keep=True)
     assert mission.run().missed == 0
     assert not [u for _, _, u in mission.said if isinstance(m.own_words(u.statement), m.Change)]
