@@ -197,7 +197,7 @@ class DecoderSession:
         self.best = BestPath(0.0)
 
     def feed(self, energies: Energies, recent: Energies, noise: Noise) -> None:
-        """Decode the next frames; `recent` are those of the last half second or so, for the level."""
+        """Decode the next frames; `recent`: the last ones with them, for the level, and to begin again with."""
         block = np.concatenate([self._tail, energies])
         if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
             self._tail = block
