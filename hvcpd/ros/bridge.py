@@ -325,11 +325,11 @@ class Bridge:
 
     def _carry_out(self, orders: list[Order]) -> None:
         for order in orders:
-            if isinstance(order, Speeds):
-                self._publish(topics.CMD_VEL, twist_of(order.linear_m_s, order.angular_rad_s))
-            else:
+            if not isinstance(order, Speeds):
                 self._way_left_m = None
                 self._outputs.append(order)
+            elif self.ros_drives:
+                self._publish(topics.CMD_VEL, twist_of(order.linear_m_s, order.angular_rad_s))
 
     def _act(self, deeds: list[Effect]) -> None:
         for deed in deeds:

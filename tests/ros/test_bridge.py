@@ -139,6 +139,15 @@ def test_diagnoses_tell_each_part() -> None:
     assert levels(Talk().answer("status", mute)) == {"robot": ok, "sound": warn, "wheels": ok, "battery": warn}
 
 
+def test_a_bridge_that_does_not_drive_publishes_only_what_it_has_announced_when_the_daemon_ends() -> None:
+    """It told the base to stand, for which it has no publisher, and ended with a traceback."""
+    talk = Talk(False)
+    talk.answer("status", STATUS)
+    talk.bridge.lost(AT_S)
+    out = [*talk.bridge.outputs(), *talk.tick(AT_S + 1.5)]
+    assert {each.topic for each in out if isinstance(each, Publish)} <= set(topics.published(False))
+
+
 def test_a_lost_daemon_stops_the_base_and_is_told_of() -> None:
     talk = Talk()
     talk.answer("status", STATUS)
