@@ -39,7 +39,6 @@ from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, Sear
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
 from hvcpd.recognition.stages import SynchronousWorker
-from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (
     "chain,small-vacuum,good-vacuum,ideal-vacuum,doppler,measured+0,measured-5,chapel,"
@@ -168,7 +167,7 @@ def unknown_robots(o: argparse.Namespace) -> Iterator[Samples]:
     others = [voice for voice in known.sound.every_voice() if voice.name not in voices]
     chooser = random.Random(o.seed)
     for number in range(4 * o.sentences):
-        speaker = Speaker(others[number % len(others)], known.sound.lexicon, known.sound.cache)
+        speaker = known.sound.speaker_in(others[number % len(others)])
         yield np.asarray(speaker.render(known.book.phrases(known.book.sample(chooser))), np.float32)
 
 

@@ -123,7 +123,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
     """Every candidate of one team in all conditions, and whether it was right."""
     sound = make_sound(None, user_cache_folder())
     book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-    speakers = {name: Speaker(voice_for(name), sound.lexicon, sound.cache) for name in names}
+    speakers = {name: sound.speaker_in(voice_for(name)) for name in names}
     bank = {voice_for(name).name: dict(word_bank(book, sound.speaker_in(voice_for(name)))) for name in names}
     clean, spoken = make_stream(book, speakers, o.sentences, seed)
     noises = [make_noise(kind, len(clean), seed, Team(names, book, sound)) for kind in KINDS]

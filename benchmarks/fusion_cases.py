@@ -42,7 +42,6 @@ from hvcpd.people.fusion import Hypotheses
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.stages import Segment
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 Talk = Callable[[Phrases], Samples]
@@ -197,7 +196,7 @@ def by_robots(stage: Stage, place: Place, n: int, seed: int) -> Iterator[Case]:
     """Sentences in the robots' own voices, as the robots' listener may have rejected them."""
     nobody = stage.opinion(stage.book.people_graph, ())
     for number, phrases in enumerate(sentences(stage.book, n, seed + 7)):
-        speaker = Speaker(VOICES[number % len(VOICES)], stage.sound.lexicon, stage.sound.cache)
+        speaker = stage.sound.speaker_in(VOICES[number % len(VOICES)])
         yield Case("robots", flat(phrases), nobody.hypotheses(place.heard(speaker.render(phrases))))
 
 

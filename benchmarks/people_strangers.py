@@ -42,7 +42,6 @@ from hvcpd.people.stage import PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Held, Recognised, Urgent
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 CONDITIONS: tuple[tuple[str, float | None], ...] = (("quiet", None), ("20 dB", 20.0), ("10 dB", 10.0), ("0 dB", 0.0))
@@ -344,5 +343,5 @@ def _talk(stage: Stage, data: Path, seed: int) -> Iterator[Samples]:
     chooser = random.Random(seed)
     while True:
         yield levelled(np.asarray(read_wav(chooser.choice(paths)), np.float32))
-        speaker = Speaker(chooser.choice(VOICES), stage.sound.lexicon, stage.sound.cache)
+        speaker = stage.sound.speaker_in(chooser.choice(VOICES))
         yield levelled(speaker.render(stage.book.phrases(stage.book.sample(chooser))))

@@ -62,7 +62,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     o = parser.parse_args()
     stage = Stage(False)
-    speakers = [Speaker(voice, stage.sound.lexicon, stage.sound.cache) for voice in VOICES[: len(NAMES)]]
+    speakers = [stage.sound.speaker_in(voice) for voice in VOICES[: len(NAMES)]]
     spoken = sentences(stage.book, o.sentences, o.seed)
     sounds = [speakers[n % len(speakers)].render(phrases) for n, phrases in enumerate(spoken)]
     segments = [alone(sound, SNR_DB, "white", o.seed + n) for n, sound in enumerate(sounds)]

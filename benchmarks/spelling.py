@@ -22,7 +22,6 @@ from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.stages import SpeechRecogniser
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 NAMES = ("Rob", "Bot")
@@ -40,7 +39,7 @@ def spelled_stream(team: Team, n: int, seed: int) -> tuple[Samples, list[Spoken]
         letters = rng.choice(signs[:26]) + "".join(rng.choice(signs) for _ in range(rng.randint(1, 6)))
         name = m.Utterance(letters.capitalize(), m.ToAll(), None, m.Spelled(letters))
         phrases = team.book.phrases(name)
-        speech = Speaker(VOICES[number % len(VOICES)], team.sound.lexicon, team.sound.cache).render(phrases)
+        speech = team.sound.speaker_in(VOICES[number % len(VOICES)]).render(phrases)
         spoken.append(Spoken(tuple(word for phrase in phrases for word in phrase), at, at + len(speech)))
         pieces += [speech, gap]
         at += len(speech) + len(gap)

@@ -26,7 +26,6 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, Features, energies_of, features_of, power_weights
 from hvcpd.recognition.templates import trimmed_energies
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice, voice_named
 
 NEIGHBOURS = (
@@ -47,7 +46,7 @@ def takes(word: str, voice: Voice, units: Sound) -> Iterator[Samples]:
     for rate in RATES:
         for pitch in PITCHES:
             varied = replace(voice, f0_hz=pitch * voice.f0_hz, rate=rate * voice.rate)
-            yield Speaker(varied, units.lexicon, units.cache).templates(word)[0]
+            yield units.speaker_in(varied).templates(word)[0]
 
 
 def coloured(colour: str, count: int, random: np.random.Generator) -> NDArray[np.float64]:

@@ -23,7 +23,6 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.shipped import INDEX, in_steps
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 COMPRESSION = 1.0
@@ -48,7 +47,7 @@ def write_words(words: Iterable[str], folder: Path) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     sound, index = make_sound(None, user_cache_folder()), {}
     for voice in VOICES:
-        speaker = Speaker(voice, sound.lexicon, sound.cache)
+        speaker = sound.speaker_in(voice)
         units = dict(unit for word in sorted(words) for unit in speaker.keyed(word))
         index[voice.name] = [(key, len(unit)) for key, unit in units.items()]
         steps = in_steps(np.concatenate(list(units.values())))

@@ -14,7 +14,6 @@ from hil_fakes.room import PinkNoise
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import common_words
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
 KINDS = ("white", "pink", "babble", "fan", "motor")
@@ -59,7 +58,7 @@ def babble(n: int, seed: int, team: Team, data: Path | None, talkers: int = TALK
     others = [voice for voice in VOICES if voice.name not in taken] or list(VOICES)
     words = common_words()
     for talker in range(talkers):
-        speaker = Speaker(others[talker % len(others)], team.sound.lexicon, team.sound.cache)
+        speaker = team.sound.speaker_in(others[talker % len(others)])
         at = -chooser.randrange(SAMPLE_RATE_HZ)
         while at < n:
             if paths:

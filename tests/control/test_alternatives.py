@@ -17,7 +17,6 @@ from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
 pytestmark = pytest.mark.slow
@@ -34,7 +33,7 @@ def book(*alternatives: tuple[str, str]) -> Phrasebook:
 
 def said(*phrases: str) -> Samples:
     """In Rob's voice, with a second of a quiet room around it."""
-    speaker = Speaker(voice_for("Rob"), SOUND.lexicon, SOUND.cache)
+    speaker = SOUND.speaker_in(voice_for("Rob"))
     speech = np.pad(speaker.render([phrase.split() for phrase in phrases]), SAMPLE_RATE_HZ)
     noise = np.random.default_rng(1).standard_normal(len(speech)) * 10.0 ** (-60.0 / 20.0)
     return np.asarray(speech + noise, np.float32)

@@ -20,7 +20,6 @@ from hvcpd.people.bands import (
 )
 from hvcpd.people.phones import mean_normalised
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 NOBODY = np.zeros(N_BANDS)
@@ -34,7 +33,7 @@ def sound(units: Path) -> Sound:
 @pytest.fixture(scope="module")
 def sentence(sound: Sound) -> Samples:
     """With half a second of a quiet room around it."""
-    speech = np.pad(Speaker(VOICES[0], sound.lexicon, sound.cache).render([["bot", "six", "is", "left"]]), 8000)
+    speech = np.pad(sound.speaker_in(VOICES[0]).render([["bot", "six", "is", "left"]]), 8000)
     return np.asarray(0.3 * speech + noise(len(speech), 1e-4), np.float32)
 
 

@@ -24,7 +24,6 @@ from hvcpd.people.phones import (
 )
 from hvcpd.ports import Samples
 from hvcpd.recognition.arrays import mapped_arrays, release_pages
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 
@@ -102,7 +101,7 @@ def test_a_microphone_s_tilt_does_not_count() -> None:
 
 
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
-    found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
+    found = logs(sound.speaker_in(VOICES[1]).render([["turn", "left"]]))
     quiet = np.repeat(found[:1], 400, axis=0)
     now, later = (far_net().log_posteriors(np.concatenate([quiet[:n], found, quiet])) for n in (140, 220))
     assert np.allclose(now[70 : 70 + len(found) // 2], later[110 : 110 + len(found) // 2], atol=1e-3)
@@ -124,6 +123,6 @@ def test_most_phones_are_heard(sound: Sound, text: str, least: float) -> None:
     said = [phone for word in words for phone in sound.lexicon.sounds(word)[0]]
     shares = []
     for voice in VOICES:
-        spoken = logs(Speaker(voice, sound.lexicon, sound.cache).render([words]))
+        spoken = logs(sound.speaker_in(voice).render([words]))
         shares.append(max(1.0 - edits(by_phones(spoken, net), said) / len(said) for net in nets()))
     assert np.mean(shares) > least

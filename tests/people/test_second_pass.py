@@ -54,7 +54,7 @@ def book() -> Phrasebook:
 def stranger(sound: Sound) -> Speaker:
     """A voice that neither Rob nor Bot has."""
     robots = {voice_for(name).name for name in ("Rob", "Bot")}
-    return Speaker(next(v for v in VOICES if v.name not in robots), sound.lexicon, sound.cache)
+    return sound.speaker_in(next(v for v in VOICES if v.name not in robots))
 
 
 def in_room(sounds: Sequence[Samples], gain: float, noise_rms: float = 3e-4) -> Samples:
@@ -81,7 +81,7 @@ def heard(book: Phrasebook, sound: Sound, people: Sequence[Person], strangers: b
 
 @pytest.mark.slow
 def test_an_enrolled_voice_is_understood_from_single_words(book: Phrasebook, sound: Sound) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(CHILD)
     takes = {}
     for word in book.people_graph.words:
         take, _ = check_take(np.pad(speaker.render([[word]]), 4000))
@@ -130,7 +130,7 @@ def test_a_word_that_fits_by_chance_makes_no_robot_of_a_stranger(book: Phraseboo
     """In one stranger's sentence of six a word counted as a robot's, so nobody looked for the sentence."""
     listener = ChannelRecogniser(book.robots_graph, make_waveform_books(book, ("Rob", "Bot"), sound))
     wren = next(voice for voice in VOICES if voice.name == "wren")
-    segment = alone(Speaker(wren, sound.lexicon, sound.cache), "move forward")
+    segment = alone(sound.speaker_in(wren), "move forward")
     stretch = ChannelSegment(segment.sound, 0, segment.lead)
     assert not listener.search(stretch).robot
 
@@ -176,7 +176,7 @@ def sentence(opinion: SecondPassRecogniser, segment: Segment) -> Recognised | No
 
 
 def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phrasebook, sound: Sound) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(CHILD)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
     found = [sentence(opinion, alone(speaker, text)) for text in ("turn left", "who is here")]
@@ -321,7 +321,7 @@ def test_a_request_that_is_read_back_may_be_less_sure(book: Phrasebook, sound: S
 @pytest.mark.parametrize("strangers", [True, False])
 @pytest.mark.filterwarnings("error")
 def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(CHILD)
     known = {} if strangers else {"anna": Person("Anna", takes_of(speaker, "stop", "turn", "left", "who", "is"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
     for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
@@ -337,7 +337,7 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(CHILD)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, False)
     before = sentence(opinion, alone(speaker, "turn left"))

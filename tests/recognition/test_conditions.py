@@ -19,7 +19,6 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.stages import SynchronousWorker
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
 pytestmark = pytest.mark.slow
@@ -37,7 +36,7 @@ def sound(units: Path) -> Sound:
 def said(text: str, sound: Sound, rate: float = 1.0) -> Samples:
     utterance = BOOK.parse_text(text)
     voice = voice_for(utterance.speaker or NAMES[0])
-    speech = Speaker(replace(voice, rate=rate * voice.rate), sound.lexicon, sound.cache).render(BOOK.phrases(utterance))
+    speech = sound.speaker_in(replace(voice, rate=rate * voice.rate)).render(BOOK.phrases(utterance))
     loud = speech[np.abs(speech) > 1e-4]
     return np.asarray(speech * (SPEECH_RMS / np.sqrt(np.mean(loud**2))), np.float32)
 
@@ -118,13 +117,13 @@ def test_the_end_of_a_longer_sentence_is_no_sentence(text: str, rate: float, sou
 
 @pytest.mark.parametrize("foreign", ["basket", "strawberry", "banana"])
 def test_a_word_that_nobody_knows_is_not_taken_for_another(foreign: str, sound: Sound) -> None:
-    speaker = Speaker(voice_for("Rex"), sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(voice_for("Rex"))
     speech = speaker.render([("hi", "gus"), ("i", "am", "rex"), ("water", "the", foreign, "rose")])
     assert heard(speech * np.float32(0.3), sound, 30.0, 1) == []
 
 
 def test_a_name_is_not_left_out(sound: Sound) -> None:
-    speaker = Speaker(voice_for("Rex"), sound.lexicon, sound.cache)
+    speaker = sound.speaker_in(voice_for("Rex"))
     speech = speaker.render([("hi", "basket"), ("i", "am", "rex"), ("what", "is", "left")])
     assert heard(speech * np.float32(0.3), sound, 30.0, 1) == []
 

@@ -23,7 +23,6 @@ from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.records import HeardRecord, LearnName
 from hvcpd.robot.robot import Robot
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
 pytestmark = pytest.mark.slow
@@ -42,7 +41,7 @@ def sound(units: Path) -> Sound:
 
 
 def _said(utterance: m.Utterance, voice: Voice, words: Phrasebook, sound: Sound) -> Samples:
-    speech = Speaker(voice, sound.lexicon, sound.cache).render(words.phrases(utterance)) * np.float32(0.3)
+    speech = sound.speaker_in(voice).render(words.phrases(utterance)) * np.float32(0.3)
     return np.concatenate([np.zeros(16_000, np.float32), speech, np.zeros(24_000, np.float32)])
 
 
