@@ -247,7 +247,8 @@ class TranscriptRow:
 class TranscriptReader:
     """Reads the transcript of a store, which another object of this process may be writing, and changes nothing.
 
-    Raises StoreError when there is no such file, it is no robot's memory, or another process has it open.
+    Raises StoreError when there is no such file, it is no robot's memory, it cannot be read, or another process has it
+    open.
     """
 
     def __init__(self, path: Path) -> None:
@@ -258,7 +259,8 @@ class TranscriptReader:
             raise StoreError(f"{path}: {error.strerror}; use sudo, or name another with --memory FILE") from error
         if not is_there:
             raise StoreError(f"{path}: there is no robot's memory here; name another with --memory FILE")
-        self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
+        with self._reading():
+            self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
 
     def rows(self, after: int = 0, since_wall_s: float = float("-inf"), limit: int = -1) -> tuple[TranscriptRow, ...]:
         """The first `limit` utterances (-1: all) with numbers over `after`, written at `since_wall_s` or later, in the
@@ -268,24 +270,35 @@ class TranscriptReader:
             "at_s, kind, speaker, text, confidence, seal FROM transcript "
             "WHERE id > ? AND coalesce(max(wall_s, 0), 0) >= ? ORDER BY id LIMIT ?"
         )
-        try:
+        with self._reading():
             found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
-        except sqlite3.DatabaseError as error:
-            raise StoreError(f"{self.path}: {_unread(error)}") from error
         return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
 
     def close(self) -> None:
         """Close the file."""
         self._db.close()
 
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            raise StoreError(f"{self.path}: {_unread(error)}") from error
+
 
 def _unread(error: sqlite3.DatabaseError) -> str:
-    """Why no transcript can be read from a file, and what to do."""
-    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR)
-    if code == sqlite3.SQLITE_BUSY:
-        return "the robot's daemon has it open; ask that, by `hvcpctl transcript` without --memory, or end it"
-    if code == sqlite3.SQLITE_NOTADB or "no such table" in str(error):
-        return "this is no robot's memory; name another with --memory FILE"
-    if code == sqlite3.SQLITE_CORRUPT:
-        return f"it is damaged ({error}); when the daemon starts, it sets it aside and begins a new one"
-    return f"no transcript can be read from it ({error}); start the daemon once to update it"
+    """Why no transcript can be read from a file, and what to do. Codes: sqlite.org/rescode.html."""
+    match getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF:
+        case sqlite3.SQLITE_BUSY:
+            return "the robot's daemon has it open; ask that, by `hvcpctl transcript` without --memory, or end it"
+        case sqlite3.SQLITE_CANTOPEN | sqlite3.SQLITE_READONLY:
+            copied = "copy all files whose names begin so to a folder of yours"
+            return f"you may not read it, or not write in its folder, as SQLite has to; use sudo, or {copied}"
+        case sqlite3.SQLITE_IOERR:
+            return f"it cannot be read ({error}); check its disk"
+        case sqlite3.SQLITE_CORRUPT:
+            return f"it is damaged ({error}); when the daemon starts, it sets it aside and begins a new one"
+        case code if code == sqlite3.SQLITE_NOTADB or "no such table" in str(error):
+            return "this is no robot's memory; name another with --memory FILE"
+        case _:
+            return f"no transcript can be read from it ({error}); start the daemon once to update it"

@@ -113,19 +113,22 @@ def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> Ke
     """Raises KeyFileError if it is missing, readable by others, or malformed; the error never shows its content."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        state = os.fstat(handle)
+        if not stat.S_ISREG(state.st_mode):
+            os.close(handle)
+            raise KeyFileError(f"{path}: this is not a regular file; name the team's key file")
+        with os.fdopen(handle, "rb") as file:
+            handed = environment.get("CREDENTIALS_DIRECTORY")
+            if not (handed and path.parent == Path(handed)):  # systemd protects those itself
+                _refuse_open_doors(path, state)
+            content = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise KeyFileError(
-            f"{path}: the key cannot be read: {error.strerror}; make one with: {key_command('new', path)}"
-        ) from None
-    state = os.fstat(handle)
-    if not stat.S_ISREG(state.st_mode):
-        os.close(handle)
-        raise KeyFileError(f"{path}: this is not a regular file; name the team's key file")
-    with os.fdopen(handle, "rb") as file:
-        handed = environment.get("CREDENTIALS_DIRECTORY")
-        if not (handed and path.parent == Path(handed)):  # systemd protects those itself
-            _refuse_open_doors(path, state)
-        content = file.read(MAX_BYTES + 1)
+        remedy = "check its name and its disk"
+        if isinstance(error, PermissionError):
+            remedy = "run as its owner, or make this user its owner"
+        elif isinstance(error, FileNotFoundError):
+            remedy = f"make one with: {key_command('new', path)}"
+        raise KeyFileError(f"{path}: the key cannot be read: {error.strerror}; {remedy}") from None
     if len(content) > MAX_BYTES:
         raise KeyFileError(f"{path}: too large for a key file; name the team's key file")
     return parse_key_file(content.decode("utf-8", "replace"), str(path))

@@ -33,6 +33,7 @@ from hvcpd.security.keyring import (
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.recovery import secret_of
 from tests.coordination.mission import plants
+from tests.permissions import bound, needs_permissions
 
 ROOT = Path(__file__).parents[2]
 DAY = date(2026, 11, 21)
@@ -102,6 +103,23 @@ def test_a_folder_is_no_key(folder: str, capsys: pytest.CaptureFixture[str]) -> 
     """The first was a traceback, and in the second "there is a key already"."""
     assert run("new", "--key", folder) == 2
     assert capsys.readouterr().err == f"hvcpctl: {folder}: this is a folder; name a file in it with --key\n"
+
+
+@needs_permissions
+def test_for_a_key_that_another_user_owns_no_new_one_is_advised(made: Path) -> None:
+    """A robot with a new one understands its team no more."""
+    made.chmod(0)
+    ended = bound("-m", "hvcpd.control.cli", "key", "show", "--key", made)
+    remedy = "Permission denied; run as its owner, or make this user its owner\n"
+    assert ended.stderr == f"hvcpctl: {made}: the key cannot be read: {remedy}"
+
+
+def test_a_disk_that_fails_while_the_key_is_read_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """It was "standard output: cannot be written", and a daemon ended with a traceback."""
+    fails = "/proc/self/mem"  # whose first page is not there
+    assert run("show", "--key", fails) == 2
+    told = f"{fails}: the key cannot be read: Input/output error; check its name and its disk"
+    assert capsys.readouterr().err == f"hvcpctl: {told}\n"
 
 
 def test_two_new_keys_differ() -> None:

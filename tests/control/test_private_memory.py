@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.errors import EX_OK, EX_USER
+from hvcpd.memory.store import Store
 from tests.control.obliging import obliging_robot
 from tests.permissions import bound, needs_permissions
 
@@ -40,6 +41,19 @@ def test_what_needs_it_says_that_it_is_not_allowed(command: str, config: Path) -
     assert "Permission denied" in ended.stderr
     assert "with sudo" in ended.stderr or "use sudo" in ended.stderr or "daemon's user" in ended.stderr
     assert "written" not in ended.stderr
+
+
+@pytest.mark.parametrize("closed", ["rob.sqlite3", "."])
+def test_a_memory_or_a_folder_that_may_not_be_used_is_told(closed: str, tmp_path: Path) -> None:
+    """A private file in an open folder ended in a traceback; of a card that is mounted read-only the advice was to
+    start the daemon "to update it"."""
+    memory = tmp_path / "rob.sqlite3"
+    Store(memory).close()
+    (tmp_path / closed).chmod(0o555 if closed == "." else 0)
+    ended = bound("-m", "hvcpd.control.cli", "transcript", "--memory", memory)
+    (tmp_path / closed).chmod(0o700)
+    assert (ended.returncode, ended.stdout) == (EX_USER, "")
+    assert f"hvcpctl: {memory}: you may not read it, or not write in its folder, as SQLite has to; use" in ended.stderr
 
 
 @pytest.mark.parametrize("command", ["stop", "status"])

@@ -190,6 +190,8 @@ def test_no_transcript_where_there_is_no_memory(tmp_path: Path) -> None:
     (tmp_path / "other").write_text("no database at all, but long enough to be taken for one")
     with pytest.raises(StoreError, match="this is no robot's memory"):
         TranscriptReader(tmp_path / "other").rows()
+    with pytest.raises(StoreError, match=r"it cannot be read \(disk I/O error\); check its disk"):
+        TranscriptReader(Path("/proc/self/mem"))  # whose first page is not there: a traceback
 
 
 def test_a_memory_that_was_cut_short_is_told_as_damaged(path: Path) -> None:
