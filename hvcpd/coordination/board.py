@@ -102,8 +102,17 @@ class Board:
             if before.on_demand and not task.on_demand and entry.skipped and not entry.is_changed:
                 self._set(task.number, OPEN, None)  # nobody has asked for it, and nobody need do so any more
                 entry.change, entry.is_due = 0, True
+            elif task.on_demand and not before.on_demand and not entry.is_changed:
+                self.await_demand(task.number)
             if before.every != task.every:
                 entry.change, entry.is_changed = 0, False  # its occurrences have other numbers
+
+    def await_demand(self, number: int) -> None:
+        """Nobody has asked for a task that is done only on demand: unless a robot has it, it is left out."""
+        entry = self._entries[number]
+        if entry.state == OPEN:
+            self._set(number, DONE, None)
+            entry.change, entry.skipped = 1, True  # as for those that have known it so from the first
 
     def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks, and of

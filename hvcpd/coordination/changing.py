@@ -34,6 +34,9 @@ RUMOUR_S = 240.0
 def remember(me: Knowledge, changes: Mapping[int, tuple[int, bool]], now: float) -> None:
     """Take the last changes over that this robot knew when it was switched off: perhaps nobody else has heard of
     one."""
+    for entry in me.board.entries():
+        if entry.definition.on_demand and not any(changes.get(entry.number, ())):
+            me.board.await_demand(entry.number)
     for number, (count, skipped) in changes.items():
         entry = me.board[number]
         if not (count or skipped):

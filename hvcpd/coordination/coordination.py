@@ -17,6 +17,7 @@ from hvcpd.coordination import (
     chatter,
     composing,
     deadlines,
+    effects,
     halting,
     hearing,
     ranging,
@@ -246,6 +247,7 @@ class Coordination:
         self.board.redefine(tasks)
         self.board.forgive(role.name, forgiven)
         self.peers.let_rest(self.board.recurs)
+        effects.drive_anew(self.knowledge)
         self.knowledge.reconsider(now)
 
     def retask(self, tasks: Iterable[TaskDefinition], now: float, places: Iterable[SharedPlace] = ()) -> None:
@@ -256,6 +258,7 @@ class Coordination:
         self.peers.let_rest(self.board.recurs)
         me.due_next_s, me.missed.heard_work = None, True
         schedule.open_due(me, now)
+        effects.drive_anew(me)
         me.reconsider(now)
 
     def leave(self, now: float) -> None:

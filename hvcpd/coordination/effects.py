@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
@@ -152,7 +153,7 @@ def go(me: Knowledge, now: float) -> None:
     me.current.ahead_sure = me.current.ahead is not None
     if me.current.partner is not None:
         me.current.claimed_s = now
-    me.do(Perform(me.my_task(), _split(me)[0]))
+    _drive(me)
     ahead.want(me, now)
 
 
@@ -163,9 +164,22 @@ def go_alone(me: Knowledge, now: float) -> None:
     go(me, now)
 
 
+def _drive(me: Knowledge) -> None:
+    me.current.way, _ = _split(me)
+    me.do(Perform(me.my_task(), me.current.way))
+
+
+def drive_anew(me: Knowledge) -> None:
+    """Turn to where the task is now, if that has changed on the way."""
+    if me.state is State.GOING and _split(me)[0] != me.current.way:
+        me.timer_s = math.inf  # that of a robot that has arrived
+        _drive(me)
+
+
 def act(me: Knowledge, now: float) -> None:
     me.board[me.my_task()].parts_before = frozenset()
-    me.do(Perform(me.my_task(), _split(me)[1]))
+    way, work = _split(me)
+    me.do(Perform(me.my_task(), work if way == me.current.way else (*way, *work)))  # changed while it waited there
     chatter.announce_beginning(me, now)
 
 
@@ -196,7 +210,7 @@ def go_on(me: Knowledge, now: float) -> None:
         _tell_done(me, done, Urgency.TURN, now)
     else:
         me.report = Report((done,))
-    me.do(Perform(me.my_task(), _split(me)[0]))
+    _drive(me)
     ahead.want(me, now)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Action, Rng, Role, SaveStopped, Timing
 from hvcpd.coordination.board import Board
@@ -53,6 +54,8 @@ class Current:
     distance_m: int | None = None
     """The way to the task, in metres, if the claim states it."""
     task_ref: m.TaskRef | None = None
+    way: tuple[TaskAction, ...] = ()
+    """The way to the task as it set out on it."""
     motion: m.Motion | None = None
     """The motion that it was ordered to make, apart from tasks."""
     motion_sure: bool = False
