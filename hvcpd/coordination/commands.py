@@ -182,7 +182,7 @@ def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
         return
     peer = me.peers.get(asker)
     told = peer is not None and peer.told
-    slot = 0 if alone else len(me.peers.present(heard.now)) if told else me.rank(heard.name, 0, heard.now)
+    slot = 0 if alone else me.rank(heard.name, 0, heard.now) + told * len(me.peers.present(heard.now))
     if peer is not None:
         peer.assigned = None  # a robot that asks for the remaining tasks no longer has an order
 

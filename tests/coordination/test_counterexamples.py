@@ -118,6 +118,20 @@ def test_who_asks_again_what_is_left_is_told_by_another_robot() -> None:
     assert mission.robots["Rob"].board[1].known_done
 
 
+def test_two_robots_that_have_both_told_what_is_left_do_not_tell_it_at_the_same_time() -> None:
+    """Neither had heard the other; then each left the first slots to the other, and the third understood neither."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(1), seed=3, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    mission.air.misses = lambda _, u: isinstance(u.statement, m.Left)
+    for at_s in (61.0, 91.0, 111.0, 131.0):
+        mission.hear(at_s, "Hi all, I am Rob, what is left")
+    mission.air.run_until(90.0)
+    mission.air.misses = lambda *_: False
+    mission.air.run_until(150.0)
+    told = [who for at_s, who, u in mission.said if at_s > 90.0 and isinstance(u.statement, m.Left)]
+    assert len(told) == 3, mission.written(60.0)
+
+
 @pytest.mark.parametrize("hearsay", [False, True])
 def test_two_that_know_it_make_it_certain_and_two_that_have_it_from_hearsay_do_not(hearsay: bool) -> None:
     """Seeds 3076, 6464 and 6855: one concluded from a claim that was confirmed and then denied, or from a number
