@@ -73,7 +73,7 @@ def read_trails(path: Path) -> tuple[Trail, ...]:
         try:
             columns = [np.asarray(value[key], np.float64) for key in ("t_s", "x_m", "y_m")]
             trails.append(Trail(str(value["robot"]), *columns))
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ConfigError(f"{path}, line {number}: no trail ({in_words(error)})") from None
         if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
             raise ConfigError(f"{path}, line {number}: no trail (its columns differ in length)")

@@ -41,6 +41,7 @@ def test_a_list_is_read(tmp_path: Path) -> None:
             HEAD + "b.wav,1,Mia,Ted,20\na.wav,far,Mia,Ted,no\n",
             ["line 2: there is no file", "line 3: distance_m", "said is"],
         ),
+        (HEAD + f"{'x' * 300},1,Mia,Ted,20\n", ["line 2: there is no file"]),
         (HEAD + "a.wav,-1,Mia,Mia,0\n", ["from 0.01", "the same", "said is"]),
         (HEAD + "a.wav,nan,,Ted,5\na.wav,1\n", ["distance_m is nan", "speaker: ", "line 3: give 5 values"]),
     ],

@@ -96,6 +96,7 @@ def test_a_shift_whose_last_line_is_cut_has_all_before(end: str, tmp_path: Path)
         '{"event": "said", "at_s": -1}\n',
         '{"event": "said", "at_s": NaN}\n',
         '{"event": "said", "at_s": 1e999}\n',
+        f'{{"event": "said", "at_s": {10**400}}}\n',
     ],
 )
 def test_what_is_no_recording_is_refused(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -107,7 +108,16 @@ def test_what_is_no_recording_is_refused(text: str, tmp_path: Path, capsys: pyte
 
 
 @pytest.mark.parametrize(
-    ("t_s", "x_m"), [([], []), ([None], [1.0]), ([0.0], [None]), (["1e999"], [1.0]), ([1e300], [1.0]), ([2, 1], [0, 0])]
+    ("t_s", "x_m"),
+    [
+        ([], []),
+        ([None], [1.0]),
+        ([0.0], [None]),
+        (["1e999"], [1.0]),
+        ([1e300], [1.0]),
+        ([10**400], [1.0]),
+        ([2, 1], [0, 0]),
+    ],
 )
 def test_a_trail_that_is_none_is_named(
     t_s: list[object], x_m: list[object], tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -49,7 +49,7 @@ def _of_lines(path: Path) -> Iterator[Message]:
         try:
             if at_s is not None:
                 yield from of_event(event, _time_s(at_s))
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (ValueError, OverflowError, TypeError, KeyError, AttributeError) as error:
             raise ConfigError(f"{path}, line {number}: no event ({in_words(error)})") from None
 
 
