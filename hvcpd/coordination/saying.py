@@ -64,8 +64,9 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
         note_presence(me, utterance, now)
     note_introduced(me)
     slowly = repair.speaks_slowly(me) or me.role.speech.slowly
-    is_stop = isinstance(utterance.statement, m.Stop)  # who was stopped by it may be released when it is said again
-    me.repair.last_said, me.repair.last_call = None if is_stop else utterance, intent.call
+    # Said again, "stop" would halt who has been released since, and "resume" release who has been stopped.
+    once = isinstance(utterance.statement, m.Stop | m.Resume)
+    me.repair.last_said, me.repair.last_call = None if once else utterance, intent.call
     me.last_heard = NOT_HEARD
     level_db = chatter.level_db(me, intent, utterance, now)
     for_noise = chatter.is_for_noise(me, utterance, level_db, now)

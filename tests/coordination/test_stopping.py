@@ -256,6 +256,25 @@ def test_who_was_stopped_and_is_released_repeats_nothing_of_that(after_s: float,
     assert len(stood) == (after_s > 2.4)
 
 
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_resume_for_its_owner_is_not_said_again_after_a_stop(asked: bool) -> None:
+    """Something that was not understood over "all resume", or "say again", had a robot say it again, which released the
+    robot that had been stopped since."""
+    mission = row(3, apart_m=1.0)
+    rob, began_s = mission.robots["Rob"], mission.air.now
+    assert rob.say(m.Utterance(None, m.ToAll(), None, m.Resume()), began_s) is None
+    mission.go_on(began_s + 4.0)
+    if not asked:
+        rob.garbled(True, mission.air.now)
+    mission.hear(mission.air.now, "Max stop", speaker="Anna")
+    mission.go_on(mission.air.now + 4.0)
+    if asked:
+        rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, m.SayAgain()), mission.air.now)
+    mission.go_on(mission.air.now + 30.0)
+    assert [who for _, who, u in mission.said if isinstance(u.statement, m.Resume)] == ["Rob"]
+    assert standing(mission) == {"Max"}
+
+
 def test_a_stop_that_something_was_said_over_is_not_said_a_third_time() -> None:
     """By then another robot may be released, which it stopped again."""
     mission = row(1)
