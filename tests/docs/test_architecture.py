@@ -7,6 +7,8 @@ import re
 import tomllib
 from pathlib import Path
 
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.table import TRANSITIONS
 from hvcpd.daemon import journal_service, pose_keeper, wheel_service
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_UNREAD_BYTES
@@ -70,6 +72,12 @@ def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
     for file, name in named:
         paths = [ROOT / each for each in FILES if f"/{each}".endswith(f"/{file}")]
         assert any(name in names_in(path) for path in paths), f"{file} has no {name}"
+
+
+def test_the_one_state_that_has_no_row_for_stop_is_named() -> None:
+    [without] = [state.name for state in State if (state, Trigger.STOP) not in TRANSITIONS]
+    assert f"Every state but `{without}` has a row for it" in PAGE
+    assert f"every state but `{without}` has a transition for it" in (ROOT / "docs" / "protocol.md").read_text("utf-8")
 
 
 def test_the_bounds_are_those_of_the_code() -> None:
