@@ -131,6 +131,17 @@ def test_a_sentence_in_progress_is_heard_out(book: Book, learned: bool, seed: in
     assert told(found) == {("all who is here", "oak")}
 
 
+def test_a_word_that_seems_to_begin_does_not_hide_a_slow_sentence_in_progress() -> None:
+    """In a motor's noise the slow "I am Mia, member of team B, resume" became the templates' "I am Mia, negative"."""
+    whole = through_a_room(spoken("hi rob, water rose", book=SLOW), 0)
+    begun, first, last = whole[: 4 * len(whole) // 5], 0.6 * heard("hi rob")[:4000], 0.3 * heard("stop")[:6000]
+    at = AT + 12_000
+    end = at + len(begun)
+    sound = scene(end, (at, begun), (AT, first), (end - len(last), last), noise=1.0)
+    found = ChannelRecogniser(GRAPH, (USUAL, SLOW)).search(ChannelSegment(sound, 0, AT, cut=True))
+    assert found.in_progress[0].book is SLOW
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_strangers_and_noise_are_no_robots(seed: int) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)

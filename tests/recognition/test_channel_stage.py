@@ -304,6 +304,38 @@ def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> No
     the_sentence(run(recogniser(Script([(END + 2000, Garbled(END - 4000, END))]))))
 
 
+@pytest.mark.parametrize("after", [2_000, 12_000])
+def test_a_sentence_of_the_templates_is_looked_at_from_its_beginning_though_signs_of_speech_began_late(
+    after: int,
+) -> None:
+    """In noise 10 dB above the voice, only the end of a long sentence was searched: "task two" became "task three"."""
+    script = Script([(END + after, guess())], [(END - 8_000, END)])
+    searcher = ChannelRecogniser(GRAPH, (BOOKS["oak"],), prepared=False)
+    the_sentence(run(alone(ChannelStage(script, searcher, SynchronousWorker()))))
+
+
+class ToldFirst(SynchronousWorker[ChannelSegment, SearchResult]):
+    """A worker that finds something else in the first stretch."""
+
+    def __init__(self, first: SearchResult) -> None:
+        super().__init__()
+        self.first: SearchResult | None = first
+
+    def submit(self, job: ChannelSegment, search: Callable[[ChannelSegment], SearchResult]) -> bool:
+        first, self.first = self.first, None
+        return super().submit(job, search if first is None else lambda _: first)
+
+
+def test_a_path_that_seems_to_begin_late_does_not_hide_the_beginning_of_a_sentence_of_the_templates() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
+    [path, *_] = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
+    late = path.shifted(END - 6_000 - path.starts[0])
+    script = Script([(END + 12_000, guess())], [(END - 8_000, END)])
+    searcher = ChannelRecogniser(GRAPH, (BOOKS["oak"],), prepared=False)
+    the_sentence(run(alone(ChannelStage(script, searcher, ToldFirst(SearchResult(in_progress=(late,)))))))
+
+
 def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
     listening = recogniser(Script([(END + 2000, guess())]))
     run(listening)

@@ -205,7 +205,10 @@ class ChannelRecogniser:
                 paths = by_score(before + found)
                 if (best := self._certain(sound, paths)) is not None:
                     return paths, best
-            if not found or (cut and _in_progress(found, sound.n)):
+            if not found:
+                break
+            least = max(IN_PROGRESS_SCORE, 0.5 * paths[0].score)  # far less than another path explains is chance
+            if cut and _in_progress(found, sound.n, least):
                 break
         return paths, None
 
@@ -239,7 +242,7 @@ class ChannelRecogniser:
         return None if is_preceded(sound, evidence.path, before) else evidence
 
 
-def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE) -> list[Path]:
+def _in_progress(paths: Iterable[Path], n: int, least: float) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
     return [path for path in paths if path.end + GOES_ON_WITHIN > n and path.score >= least][:MAX_STARTS]
 

@@ -168,7 +168,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             segment.end = self._now
         before = next((each for each in reversed(self._closed) if each.in_progress), None)
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
-            segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * LONGEST_SENTENCE)
+            earliest = max(self._whole_from, segment.end - 2 * LONGEST_SENTENCE)
+            segment.begin = max(min(segment.begin, before.first_start - ONSET_LAG), earliest)
             segment.held_events = before.held_events + segment.held_events
             self._closed.remove(before)
         segment.closed_at = self._now
@@ -202,10 +203,11 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
                 return [self._report(event)]
         elif any(_overlaps(event, each) for each in self._reported):
             return []
-        where = [each for each in (*self._closed, self._open) if each is not None]
-        there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
+        there = next((each for each in self._closed if _covers(each, event)), None)
         if there is None:
             there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample)
+            if isinstance(event, Recognised):
+                there.begin = max(min(there.begin, event.start_sample), self._whole_from)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._to_report(event, there.result)
         there.held_events.append(event)
@@ -264,6 +266,14 @@ def contradicts(best: Path | None, sentence: Recognised) -> bool:
 
 def _overlap(begin: int, end: int, event: Recognised | Garbled) -> int:
     return max(min(end, event.end_sample) - max(begin, event.start_sample), 0)
+
+
+def _covers(closed: OpenSegment, event: Recognised | Garbled) -> bool:
+    """Whether the sound that was submitted for a closed segment has some of an event; all of it, but for a faint
+    beginning, if that is a sentence."""
+    if isinstance(event, Garbled):
+        return closed.begin < event.end_sample and event.start_sample < closed.end
+    return closed.begin <= event.start_sample + ONSET_LAG and event.end_sample <= closed.closed_at
 
 
 def _overlaps(event: Recognised | Garbled, reported: Recognised) -> bool:
