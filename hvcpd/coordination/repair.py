@@ -10,10 +10,12 @@ spells it when nobody answers, and a robot that repeatedly hears speech that it 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
+from hvcpd.coordination.commands import FREE
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import State
@@ -130,13 +132,18 @@ def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
 
 
 def _if_so(me: Knowledge, said: m.Utterance) -> m.Utterance | None:
-    """The robot's own sentence, unless it no longer does, or is no longer about to do, what it said of itself."""
+    """The robot's own sentence, unless it no longer does, or is no longer about to do, what it said of itself. A report
+    is made anew."""
     own = m.parts(said)[-1].statement
     match own.claim or own if isinstance(own, m.Completed) else own:
         case m.Claim(task) | m.Working(task):
             is_so = any(entry.number in me.my_tasks() for entry in me.board.known((task,)))
         case m.WillMove(motion):
             is_so = me.current.motion == motion
+        case m.Busy():
+            is_so = me.state not in FREE
+        case m.Report():
+            return replace(said, statement=composing.shift_report(me, None).statement)
         case _:
             is_so = True
     return said if is_so else None

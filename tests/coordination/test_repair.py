@@ -87,6 +87,31 @@ def test_what_is_no_longer_so_is_not_said_again(texts: tuple[str, ...], is_held:
 
 
 @pytest.mark.parametrize(
+    ("text", "before", "after"),
+    [
+        ("complete task one", "Hi Anna, I am Rob, I am busy", "Hi Anna, I am Rob, I am free"),
+        ("report", *(f"Hi Anna, I am Rob, member of team plant, report, I am {doing}" for doing in ("busy", "free"))),
+    ],
+)
+def test_who_was_busy_says_so_again_only_until_it_is_free(text: str, before: str, after: str) -> None:
+    """Rob said once more that it was busy, long after it had turned."""
+    mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    mission.holds_motion = True
+
+    def answers(words: str) -> list[str]:
+        asked_s = mission.air.now
+        mission.hear(asked_s, f"Hi Rob, I am Anna, {words}")
+        mission.air.run_until(asked_s + 9.0)
+        return mission.written(asked_s, without=("Anna",))
+
+    answers("turn left")
+    assert [answers(words) for words in (text, "say again")] == [[before]] * 2
+    mission.robots["Rob"].performed(mission.air.now)
+    assert answers("say again") == [after]
+
+
+@pytest.mark.parametrize(
     ("said", "again"),
     [
         ("completing task one", False),
