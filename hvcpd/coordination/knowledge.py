@@ -92,7 +92,7 @@ class Current:
     agreed: frozenset[str] = frozenset()
     """The robots at the place that have told this robot so."""
     rivals: frozenset[str] = frozenset()
-    """Robots that do the same task, as they say, and whom this robot has told that there is no room for them."""
+    """Robots that do the same task, as they say, and for which there is no room."""
 
 
 @dataclass

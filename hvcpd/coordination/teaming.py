@@ -163,17 +163,20 @@ def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> 
     If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it, or the one
     that the third tells so."""
     number = entry.number
+    is_in = _is_in(me, number)
+    if is_in and one not in entry.team and not entry.has_room:
+        me.current.rivals |= {one}
     was_taken = one in entry.team - me.current.agreed and other in me.current.rivals
     is_first = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
     is_sure = me.state is State.ACTING or (is_first and not was_taken)
-    if _is_in(me, number) and me.state not in PROPOSING and is_sure:
+    if is_in and me.state not in PROPOSING and is_sure:
         return
     me.board.pair(number, one, other, me.lease_end_s(now))
-    if _is_in(me, number):
-        if not entry.has_room:
-            fire(me, Trigger.LOST, now)
-        else:
+    if is_in:
+        if entry.has_room or {me.role.name, one, other} <= entry.team:
             me.board.claim(number, me.role.name, me.lease_end_s(now))
+        else:
+            fire(me, Trigger.LOST, now)
 
 
 def gone(me: Knowledge, name: str, number: int, now: float) -> None:

@@ -74,6 +74,12 @@ def test_who_waits_at_the_place_leaves_it_to_another_that_its_partner_begins_wit
     assert kim.state is State.READY
 
     kim = ordered(State.CHECKING, "Rob", "Kim")
+    kim.heard(m.Utterance("Lou", m.ToRobot("Rob"), None, m.Confirmed(m.TaskByNumber(2))), 20.0)
+    assert kim.state is State.CHECKING
+    kim.heard(with_lou, 30.0)
+    assert kim.state is State.READY, "Lou and Rob have told each other; all three did it"
+
+    kim = ordered(State.CHECKING, "Rob", "Kim")
     kim.knowledge.current.agreed = frozenset({"Rob"})
     kim.heard(lou, 20.0)
     kim.heard(with_lou, 30.0)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import replace
 
 import pytest
 
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
+from hvcpd.coordination.actions import Role
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Watched
 from tests.coordination.test_teaming import NAMES, shared
@@ -43,3 +47,19 @@ def test_three_begin_again_after_one_was_switched_off_before_its_part(seed: int)
     result = WordMission(replace(plan, outages=(Outage(last, first_s + 1.0, 60.0),))).run()
     assert result.lost == 0
     assert result.ended_s < 700.0
+
+
+@pytest.mark.parametrize("state", [State.PROPOSED, State.GOING])
+@pytest.mark.parametrize("others", [("Ada", "Max"), ("Max", "Rob")])
+def test_who_is_one_of_the_three_does_not_leave_the_task_to_the_other_two(
+    state: State, others: tuple[str, str]
+) -> None:
+    """It left when it heard these two agree, claimed the task again, and left again, while they waited for it."""
+    kim = Coordination(Role("Kim", "plant", roster=("Ada", "Kim", "Max", "Rob")), shared(1, robots=3), random.Random(1))
+    for name in (*others, "Kim"):
+        kim.board.claim(1, name, 250.0)
+    kim.knowledge.state, kim.knowledge.current.task = state, 1
+    for at_s, (one, other) in enumerate((others, others[::-1])):
+        kim.heard(m.Utterance(one, m.ToRobot(other), None, m.Confirmed(m.TaskByNumber(1))), 10.0 + 5.0 * at_s)
+    assert kim.state is state
+    assert kim.board[1].team == {"Kim", *others}
