@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hvcpd.coordination import changing, composing, schedule
+from hvcpd.coordination import changing, claims, composing, schedule
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge
@@ -21,6 +21,9 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             doer = _doer(heard, said)
             outdated = [entry for entry in me.board.known(said.tasks) if _is_old(me, heard, entry, said, doer)]
             for entry in outdated:
+                if entry.owner == doer and now - entry.since_s >= me.timing.recent_s:  # it was done before it was due
+                    claims.release_assignment(me, heard.name, entry.number)
+                    me.board.release(entry.number)
                 by_doer = isinstance(said, m.Confirmed) and not (entry.is_shared or doer == me.role.name)
                 changing.tell(me, doer if by_doer and doer else heard.name, entry, now)
             return _without(heard, said, [entry.number for entry in outdated])
@@ -95,8 +98,8 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     at_work = me.is_at(entry.number)  # then see `claims`
     part_is_done = bool(entry.parts) or (entry.is_shared and entry.state == DONE)
     had_it = doer in (entry.owner, *entry.helpers) and now - entry.since_s >= me.timing.recent_s
-    if me.clock_s is None or not entry.recurs or entry.known_done or part_is_done or had_it or at_work:
+    if me.clock_s is None or not entry.recurs or entry.known_done or part_is_done or at_work:
         return False
     known = changing.counted(entry, count) if count is not None else None
     is_older = known is not None and known < entry.change
-    return is_older or (schedule.is_just_due(entry, now) and known != entry.change)
+    return is_older or (not had_it and schedule.is_just_due(entry, now) and known != entry.change)

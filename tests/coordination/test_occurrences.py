@@ -313,3 +313,24 @@ def test_who_hears_a_part_reported_and_confirmed_knows_that_two_have_done_the_ta
     assert not bystander.board[1].known_done
     bystander.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, m.Confirmed(one, complete=True)), now + 40.0)
     assert bystander.board[1].known_done
+
+
+@pytest.mark.parametrize("coordinator", [None, "Rob"])
+@pytest.mark.parametrize("before_s", [1.0, 3.0])
+def test_what_is_due_again_while_a_robot_reports_it_is_done_for_this_time_too(
+    coordinator: str | None, before_s: float
+) -> None:
+    """The report has the number of the last time, and counted for both; its doer waited for an order until the next."""
+
+    def begun(at_s: float) -> WordMission:
+        plan = replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], seed=2, conditions=Conditions())
+        return WordMission(replace(plan, coordinator=coordinator, clocks={"Rob": 0.0, "Bot": 0.0}, begin_s=at_s))
+
+    mission = begun(HOUR_S / 2.0)
+    mission.run_until(lambda: mission.done)
+    done_s, _, _ = mission.done[0]
+    mission = begun(10.0 * HOUR_S - done_s - before_s)
+    mission.air.run_until(done_s + 180.0)
+    assert mission.done[0][0] == done_s
+    assert len(mission.done) == 2
+    assert all(robot.board.all_done for robot in mission.robots.values())
