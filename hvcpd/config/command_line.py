@@ -143,13 +143,14 @@ class Parser(argparse.ArgumentParser):
 def prepare_streams() -> None:
     """Replace standard streams that the parent process has closed by /dev/null: an input that has ended. The others
     write each line at once, to a pipe, too; what they cannot write, as a terminal that knows ASCII alone, becomes what
-    looks most like it."""
+    looks most like it. Bytes of the input that are no text become U+FFFD."""
     codecs.register_error(_PLAIN, _in_plain_letters)
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115 - open to the end
-        elif mode == "w" and isinstance(stream := getattr(sys, name), TextIOWrapper):
-            stream.reconfigure(errors=_PLAIN, line_buffering=True)
+        elif isinstance(stream := getattr(sys, name), TextIOWrapper):
+            is_output = mode == "w"
+            stream.reconfigure(errors=_PLAIN if is_output else "replace", line_buffering=is_output)
 
 
 def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -356,6 +357,15 @@ def test_while_words_are_typed_others_may_change_keys_in_that_folder(
     monkeypatch.setattr(sys, "stdin", typist)  # Python's own place for what a command reads
     assert run("restore", "--key", str(tmp_path / "copy.key")) == 0
     assert read_key_file(made).revoked == ("Bot",)
+
+
+def test_words_in_another_encoding_are_no_words(tmp_path: Path) -> None:
+    """A file that Windows saved as UTF-16 ended in a traceback."""
+    command = [sys.executable, "-m", "hvcpd.control.cli", "key", "restore", "--key", str(tmp_path / "new.key")]
+    strict = os.environ | {"PYTHONIOENCODING": "utf-8:strict"}  # as Python has it for all languages but C and POSIX
+    words = "acid aged also".encode("utf-16")
+    done = subprocess.run(command, input=words, capture_output=True, cwd=ROOT, env=strict, check=False)
+    assert (done.returncode, done.stderr.startswith(b"hvcpctl: word 1 is not a code word; type")) == (2, True)
 
 
 def test_where_no_key_can_be_restored_nobody_types_its_words(
