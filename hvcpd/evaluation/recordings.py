@@ -43,20 +43,24 @@ def read_list(folder: Path) -> list[Recording]:
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: not UTF-8 text; save the file as UTF-8") from None
     rows = csv.DictReader(text.splitlines())
+    try:
+        listed = [(rows.line_num, row) for row in rows]
+    except csv.Error as error:
+        raise ConfigError(f"{path}, line {rows.line_num + 1}: {error}") from None
     if tuple(rows.fieldnames or ()) != COLUMNS:
         raise ConfigError(f"{path}: its first line must be: {','.join(COLUMNS)}")
     found: list[Recording] = []
     faults: list[str] = []
     lines: dict[tuple[Path, str, str], int] = {}
-    for row in rows:
+    for line, row in listed:
         wrong = list(_wrong(row, folder))
         if not wrong:
             distance_m, said = float(row["distance_m"]), int(row["said"])
             one = Recording(folder / row["file"], distance_m, row["speaker"], row["listener"], said)
-            before = lines.setdefault((one.path, one.speaker.lower(), one.listener.lower()), rows.line_num)
-            wrong = [f"the same calls are in line {before}; list them once"] if before != rows.line_num else []
+            before = lines.setdefault((one.path, one.speaker.lower(), one.listener.lower()), line)
+            wrong = [f"the same calls are in line {before}; list them once"] if before != line else []
             found.append(one)
-        faults += [f"{path}, line {rows.line_num}: {fault}" for fault in wrong]
+        faults += [f"{path}, line {line}: {fault}" for fault in wrong]
     if not faults and len({recording.distance_m for recording in found}) < 2:
         faults.append(f"{path}: give recordings from two distances at least")
     if faults:

@@ -42,6 +42,8 @@ def test_a_list_is_read(tmp_path: Path) -> None:
             ["line 2: there is no file", "line 3: distance_m", "said is"],
         ),
         (HEAD + f"{'x' * 300},1,Mia,Ted,20\n", ["line 2: there is no file"]),
+        (HEAD + f"a.wav,1,{'x' * 200_000},Ted,20\n", ["line 2: field larger than field limit"]),
+        ("x" * 200_000, ["line 1: field larger than field limit"]),
         (HEAD + "a.wav,-1,Mia,Mia,0\n", ["from 0.01", "the same", "said is"]),
         (HEAD + "a.wav,nan,,Ted,5\na.wav,1\n", ["distance_m is nan", "speaker: ", "line 3: give 5 values"]),
     ],
