@@ -36,7 +36,10 @@ def why_not(readings: Sequence[tuple[Words, WordGraph]], names: Sequence[str]) -
     if not close and len(words) > 1 and _may_be_name(words, known, graph, names):
         all_names = ",".join((*names, wrong.capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
-    if greeted := _with_greeting(words, known, graph):
+    addressed = (words[-1], *words[:-1])
+    if known == len(words) - 1 and _is_sentence(graph, addressed):
+        hint = f"whom it is for comes first: '{' '.join(addressed)}'"
+    elif greeted := _with_greeting(words, known, graph):
         hint = f"{'the greeting' if known else 'whom it is for'} comes first: '{' '.join(greeted)} …'"
     elif opening := _missing_opening(words, known, graph, names):
         hint = f"the speaker comes first: '{' '.join(opening)} …'"

@@ -25,6 +25,7 @@ pytestmark = pytest.mark.slow
         ("?!", "there is no word to say"),
         ("Hi Rob, task one complete", "the speaker comes first: 'hi rob i am …'"),
         ("confirmed", "the speaker comes first: 'hi all i am …'"),
+        ("Stop, Rob", "whom it is for comes first: 'rob stop'"),
         ("Rob, task one complete", "the speaker comes first: 'hi rob i am …'"),
         ("Hi Rob, I am Bot, battery twelve volts", "'battery' is not in the phrasebook after 'hi rob i am bot'; did"),
         ("Hi, I am Rob, task one complete now", "after 'hi i am rob task one complete'"),
