@@ -124,7 +124,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
     sound = make_sound(None, user_cache_folder())
     book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
     speakers = {name: sound.speaker_in(voice_for(name)) for name in names}
-    bank = {voice_for(name).name: dict(word_bank(book, sound.speaker_in(voice_for(name)))) for name in names}
+    bank = {voice_for(name).name: dict(word_bank(book, speaker)) for name, speaker in speakers.items()}
     clean, spoken = make_stream(book, speakers, o.sentences, seed)
     noises = [make_noise(kind, len(clean), seed, Team(names, book, sound)) for kind in KINDS]
     streams = [(mix(clean, spoken, noise, float(snr), -30.0), spoken) for noise in noises for snr in o.snr.split(",")]

@@ -13,6 +13,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.estimation import blocks_of
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage, contradicts
@@ -147,13 +148,19 @@ class Told(SynchronousWorker[ChannelSegment, SearchResult]):
         return True
 
 
-@pytest.mark.parametrize("robot", [False, True])
-def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: bool) -> None:
-    """A person's sentences were reported up to 40 s late, all at once when everybody was silent."""
+def paths_of_a_half() -> tuple[Path, ...]:
+    """The paths in progress in the middle of a sentence."""
     whole = through_a_room(spoken("all, who is here"), 1)
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
     going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
     assert going_on
+    return going_on
+
+
+@pytest.mark.parametrize("robot", [False, True])
+def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: bool) -> None:
+    """A person's sentences were reported up to 40 s late, all at once when everybody was silent."""
+    going_on = paths_of_a_half()
     result = SearchResult(best=going_on[0] if robot else None, in_progress=going_on)
     listening = recogniser(Script([(END + 800, GARBLED)]), Told(result))
     assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])
@@ -162,9 +169,7 @@ def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: 
 @pytest.mark.parametrize("after", [True, False])
 def test_a_sentence_is_held_for_long_only_if_it_may_be_the_beginning_of_one_in_progress(after: bool) -> None:
     """A sentence at another speaking rate was told up to 17 s late, while others spoke soon one after the other."""
-    whole = through_a_room(spoken("all, who is here"), 1)
-    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    [path, *_] = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
+    path = paths_of_a_half()[0]
     going_on = path.shifted(END - path.starts[0]) if after else path
     speech = [(AT, END), *((AT + at, AT + at + 8_000) for at in range(32_000, 96_000, 16_000))]
     event = guess()
@@ -175,9 +180,7 @@ def test_a_sentence_is_held_for_long_only_if_it_may_be_the_beginning_of_one_in_p
 
 def test_a_path_contradicts_a_sentence_if_it_follows_other_words_through_most_of_it() -> None:
     """At another speaking rate the search followed a word or two, and no sentence was understood in quiet."""
-    whole = through_a_room(spoken("all, who is here"), 1)
-    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    path = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress[0]
+    path = paths_of_a_half()[0]
     begin, length = path.starts[0], path.end - path.starts[0]
     assert contradicts(path, replace(guess(), start_sample=begin, end_sample=begin + 19 * length // 10))
     assert not contradicts(path, replace(guess(), start_sample=begin, end_sample=begin + 21 * length // 10))
@@ -327,9 +330,7 @@ class ToldFirst(SynchronousWorker[ChannelSegment, SearchResult]):
 
 
 def test_a_path_that_seems_to_begin_late_does_not_hide_the_beginning_of_a_sentence_of_the_templates() -> None:
-    whole = through_a_room(spoken("all, who is here"), 1)
-    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    [path, *_] = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
+    path = paths_of_a_half()[0]
     late = path.shifted(END - 6_000 - path.starts[0])
     script = Script([(END + 12_000, guess())], [(END - 8_000, END)])
     searcher = ChannelRecogniser(GRAPH, (BOOKS["oak"],), prepared=False)

@@ -102,6 +102,9 @@ QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones untypical."""
 IN_PROGRESS_SCORE = 150.0
 """ROBOT_SCORE for a path in progress at a cut: another search costs little."""
+IN_PROGRESS_SHARE = 0.5
+"""Least share of the likeliest path's score that a path in progress at a cut explains; one with less is there by
+chance."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a reported sentence (`python -m benchmarks.channel_confidence` measures it)."""
 EDGE = samples_in(0.1)
@@ -207,8 +210,7 @@ class ChannelRecogniser:
                     return paths, best
             if not found:
                 break
-            least = max(IN_PROGRESS_SCORE, 0.5 * paths[0].score)  # far less than another path explains is chance
-            if cut and _in_progress(found, sound.n, least):
+            if cut and _in_progress(found, sound.n, max(IN_PROGRESS_SCORE, IN_PROGRESS_SHARE * paths[0].score)):
                 break
         return paths, None
 

@@ -272,7 +272,7 @@ def _covers(closed: OpenSegment, event: Recognised | Garbled) -> bool:
     """Whether the sound that was submitted for a closed segment has some of an event; all of it, but for a faint
     beginning, if that is a sentence."""
     if isinstance(event, Garbled):
-        return closed.begin < event.end_sample and event.start_sample < closed.end
+        return _overlap(closed.begin, closed.end, event) > 0
     return closed.begin <= event.start_sample + ONSET_LAG and event.end_sample <= closed.closed_at
 
 
