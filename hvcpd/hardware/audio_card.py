@@ -81,10 +81,13 @@ class Microphone:
 
     def read(self) -> tuple[Samples, int | None]:
         """Wait for the next block and return it, shape (n,), float32 at 16 kHz, with how much the card lost before
-        it, None if nothing."""
+        it, None if nothing. What is no finite number is silence, as of a microphone that is mute."""
         frames, overflowed = self.stream.read(self._frames)
         lost = self._clock.block(len(frames), self.stream.read_available, bool(overflowed))
-        sound = self._to_ours.push(np.array(frames[:, self._channel - 1], np.float32))
+        channel = np.array(frames[:, self._channel - 1], np.float32)
+        if not (good := np.isfinite(channel)).all():
+            channel[~good] = 0.0
+        sound = self._to_ours.push(channel)
         return sound, round(lost * SAMPLE_RATE_HZ / self.opened.rate_hz) if overflowed else None
 
 

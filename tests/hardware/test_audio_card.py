@@ -89,6 +89,21 @@ def test_one_channel_is_listened_to(channel: int) -> None:
     np.testing.assert_array_equal(heard, np.full(BLOCK, 0.25 * channel, np.float32))
 
 
+@pytest.mark.parametrize("rate_hz", [16_000, 48_000])
+def test_what_is_no_number_is_silence(rate_hz: int) -> None:
+    """A sound server's filter that has once computed NaN gives nothing else: for the daemon the microphone was not
+    mute, and the robot drove on, deaf."""
+    card = two_cards(rate_hz, rate_hz)
+    microphone = Microphone(card, SETTINGS)
+    microphone.stream.start()
+    size = rate_hz // 100
+    wrong = np.resize(np.array([np.nan, np.inf, -np.inf], np.float32), (size, 1))
+    for frames in (wrong, wrong, np.full((size, 1), 0.25, np.float32), np.full((size, 1), 0.25, np.float32)):
+        microphone.stream.coming.append((frames, Status()))
+    assert not np.concatenate([microphone.read()[0] for _ in range(2)]).any()
+    assert np.concatenate([microphone.read()[0] for _ in range(2)])[-1] == pytest.approx(0.25, abs=1e-3)
+
+
 def test_a_channel_that_is_not_there() -> None:
     with pytest.raises(DeviceError, match=r"audio\.input_channel: 'mono' has 1 channel, not 2"):
         Microphone(FakeCard((device("mono", 1, 1),)), AudioSettings(input_channel=2))
