@@ -116,6 +116,11 @@ robot rolls on for 0.4 to 0.7 s, 4.5 rad at most. Further, the motor has lost co
 RESTARTED_M = 0.5
 """Jump from which on a base that keeps account itself has begun a new account: by REP-105 its frame does not jump, and
 within the lease of 0.5 s a base of this size goes no further (1 m/s)."""
+AT_ORIGIN = 1e-3
+"""Largest deviation, m and rad, from the origin of its frame, where a base begins its account."""
+TO_ORIGIN_M, TO_ORIGIN_RAD = 0.15, 0.6
+"""Jump to there from which on it has begun a new one: between two of its words, 0.35 s apart at most, a robot drives
+and turns less far (0.2 m/s, 1.5 rad/s)."""
 
 
 class Odometry:
@@ -150,6 +155,13 @@ class Odometry:
     def _follow(self, given: Pose) -> None:
         """Follow a base with its own odometry; its first pose, also after a restart, is where the robot is now."""
         last = self.last.pose if self.last is not None else None
-        if last is None or self._frame is None or math.hypot(given.x_m - last.x_m, given.y_m - last.y_m) > RESTARTED_M:
+        if last is None or self._frame is None or _begins_anew(last, given):
             self._frame = frame_between(self.pose, given)
         self.pose = compose(self._frame, given)
+
+
+def _begins_anew(last: Pose, given: Pose) -> bool:
+    way_m = math.hypot(given.x_m - last.x_m, given.y_m - last.y_m)
+    turn_rad = abs(wrap_angle(given.heading_rad - last.heading_rad))
+    at_origin = max(abs(given.x_m), abs(given.y_m), abs(given.heading_rad)) < AT_ORIGIN
+    return way_m > RESTARTED_M or (at_origin and (way_m > TO_ORIGIN_M or turn_rad > TO_ORIGIN_RAD))

@@ -127,3 +127,21 @@ def test_a_base_that_begins_a_new_account_moves_nothing() -> None:
     assert before.x_m == pytest.approx(RESTARTED_M - 0.01)
     assert odometry.update(told(-0.1, 0.0)) == before
     assert odometry.update(told(0.0, 0.0)).x_m == pytest.approx(before.x_m + 0.1)
+
+
+@pytest.mark.parametrize("there", [Pose(0.3, 0.2, math.pi / 2), Pose(0.0, 0.0, math.pi), Pose(0.4, 0.0, 0.0)])
+def test_a_base_that_begins_a_new_account_near_its_first_origin_moves_nothing(there: Pose) -> None:
+    odometry = Odometry(Pose(1.0, 2.0, 0.0))
+    odometry.update(told(0.0, 0.0))
+    for k in range(1, 41):
+        before = odometry.update(told(there.x_m * k / 40, there.y_m * k / 40, there.heading_rad * k / 40))
+    assert as_numbers(odometry.update(told(0.0, 0.0))) == pytest.approx(as_numbers(before))
+    ahead = compose(before, Pose(0.1, 0.0, 0.0))
+    assert as_numbers(odometry.update(told(0.1, 0.0))) == pytest.approx(as_numbers(ahead))
+
+
+def test_a_base_may_drive_through_its_origin() -> None:
+    odometry = Odometry(Pose(1.0, 2.0, 0.0))
+    odometry.update(told(0.0, 0.0))
+    odometry.update(told(0.07, 0.0, 0.5))
+    assert odometry.update(told(0.0, 0.0)) == Pose(1.0, 2.0, 0.0)
