@@ -9,6 +9,7 @@ import xmlrpc.client
 from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import urlsplit
+from xml.parsers.expat import ExpatError
 
 from hvcpd.errors import ConfigError
 
@@ -21,6 +22,9 @@ EVERY_S = 0.15
 MISSES = 5
 """Number of late answers in a row, while the master's port is still open, from which on it counts as hanging: twice in
 three minutes two of them were late on a busy machine. A master that has ended is noticed at once."""
+
+NOT_RPC = (http.client.HTTPException, xmlrpc.client.Error, ExpatError, LookupError, ValueError, TypeError)
+"""What `xmlrpc.client` raises for an answer that is no RPC's, be it a web page."""
 
 
 class _Impatient(xmlrpc.client.Transport):
@@ -45,7 +49,7 @@ def master_pid(uri: str) -> int:
     try:
         answer: Any = xmlrpc.client.ServerProxy(uri, transport=_Impatient()).getPid("/hvcpd")
         code, _, pid = answer
-    except (http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
+    except NOT_RPC as error:
         raise ConnectionError(f"the program that answers there is not a ROS master ({error})") from None
     if code != 1 or not isinstance(pid, int):
         raise ConnectionError("the program that answers there is not a ROS master")

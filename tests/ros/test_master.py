@@ -6,6 +6,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
@@ -14,11 +15,22 @@ from hvcpd.errors import ConfigError
 from hvcpd.ros.master import DEFAULT_URI, MISSES, MasterWatch, master_pid, master_uri
 
 
+class Server(SimpleXMLRPCServer):
+    """Answers `getPid` with a value or, word for word, with bytes."""
+
+    def __init__(self, answer: object) -> None:
+        super().__init__(("127.0.0.1", 0), SimpleXMLRPCRequestHandler, logRequests=False)
+        self._answer = answer
+        self.register_function(lambda caller: answer, "getPid")
+
+    def _marshaled_dispatch(self, *arguments: Any, **options: Any) -> Any:
+        return self._answer if isinstance(self._answer, bytes) else super()._marshaled_dispatch(*arguments, **options)
+
+
 @contextmanager
 def server(answer: object) -> Iterator[str]:
     """Something that answers `getPid` like that."""
-    with SimpleXMLRPCServer(("127.0.0.1", 0), SimpleXMLRPCRequestHandler, logRequests=False) as there:
-        there.register_function(lambda caller: answer, "getPid")
+    with Server(answer) as there:
         thread = threading.Thread(target=there.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
@@ -35,6 +47,18 @@ def test_a_master_tells_its_process() -> None:
 
 @pytest.mark.parametrize("answer", [[0, "no", 1], [1, "", "pid"], "hello", 5, [1, 2]])
 def test_what_answers_otherwise_is_no_master(answer: object) -> None:
+    with server(answer) as uri, pytest.raises(ConnectionError, match="not a ROS master"):
+        master_pid(uri)
+
+
+PAIRS = b"<methodResponse><params><value><struct><value>name</value></struct></value></params></methodResponse>"
+
+
+@pytest.mark.parametrize(
+    "answer", [b"<html>Hello", b"", b"<?xml version='1.0' encoding='none'?><a/>", b"<a></b>", PAIRS]
+)
+def test_what_answers_in_no_xml_of_rpc_is_no_master(answer: bytes) -> None:
+    """A traceback ended the bridge or, later, its watch alone: a master that ended then was never noticed."""
     with server(answer) as uri, pytest.raises(ConnectionError, match="not a ROS master"):
         master_pid(uri)
 
