@@ -178,6 +178,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     if count == entry.change and differs and skip and entry.owner == heard.name and entry.known_done:
         me.board.change(number, count, True)  # it was believed to have done it, and knows better
     elif count < entry.change or (differs and skip and not entry.known_done):
+        if skip and _was_also_heard(me, entry, now):
+            _take(me, entry, entry.change + 1, True, now)
         tell(me, heard.name, entry, now)
     elif not entry.skipped and entry.known_done and (entry.owner != heard.name or entry.is_shared):
         objecting.tell_done(me, heard.name, entry, now)
@@ -193,6 +195,13 @@ def _was_heard(entry: Entry, count: int, now: float) -> bool:
     """Whether a change has been heard before, and not believed yet."""
     rumoured, heard_s = entry.rumoured_change
     return rumoured == count and now - heard_s < RUMOUR_S
+
+
+def _was_also_heard(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Whether this robot has heard, too, that the task is to be left out: of one that is open nothing else waits to be
+    heard again. Then who answers that it is left out has only missed earlier changes, and its number."""
+    is_open = _is_applied(entry, False) and not (entry.recurs or me.acts(entry.number))
+    return is_open and _was_heard(entry, entry.change + 1, now)
 
 
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int, skip: bool) -> bool:
