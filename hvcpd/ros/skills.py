@@ -12,6 +12,7 @@ from typing import Any
 
 from hvcpd.config.skill_settings import RosSettings
 from hvcpd.skills.host import BEATS_MISSED_S
+from hvcpd.skills.life import CANCELLED
 from hvcpd.skills.runners import filled_in, written
 
 TOLD_EVERY_S = 0.5
@@ -91,10 +92,11 @@ class Skills:
         return [Leave(call.goal, call.act.skill)] if call is not None and call.goal is not None else []
 
     def tick(self, now_s: float) -> list[Effect]:
-        """Time passes."""
-        if now_s - self._heard_s <= BEATS_MISSED_S:
+        """Time passes. A daemon that was silent for too long may go on, and is not to wait for its call."""
+        call = self._under_way
+        if call is None or now_s - self._heard_s <= BEATS_MISSED_S:
             return []
-        return self.leave()
+        return [*self.leave(), Tell("failed", {"call": call.call, "reason": CANCELLED})]
 
     def fed_back(self, number: int, values: Mapping[str, Any], now_s: float) -> list[Effect]:
         """A server tells how far it is."""
