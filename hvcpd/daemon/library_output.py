@@ -60,15 +60,14 @@ class LibraryOutput:
         faulthandler.enable(sys.stderr)
 
     def drain(self) -> None:
-        """Count what was written since the last call."""
+        """Count what was written since the last call, at most what the pipe holds: more may come as fast."""
         if self._reader is None:
             return
         with suppress(BlockingIOError):
-            while data := os.read(self._reader, READ_BYTES):
-                *lines, self._unfinished = (self._unfinished + data).split(b"\n")
-                self._unfinished = self._unfinished[-READ_BYTES:]
-                for line in lines:
-                    self._take(line)
+            *lines, self._unfinished = (self._unfinished + os.read(self._reader, READ_BYTES)).split(b"\n")
+            self._unfinished = self._unfinished[-READ_BYTES:]
+            for line in lines:
+                self._take(line)
 
     def report(self) -> None:
         """Log the number of lines since the last report, and the most frequent one; nothing if there are none."""

@@ -50,6 +50,24 @@ def test_who_writes_more_than_is_read_is_not_held_up() -> None:
     assert UNDERRUN in line
 
 
+def test_who_writes_as_fast_as_it_is_read_holds_up_nobody() -> None:
+    """The event loop read on as long as there was anything: the robot hung, until systemd killed it."""
+    (line,) = lines_of("""
+class Flooded(LibraryOutput):
+    def _take(self, line):
+        super()._take(line)
+        assert self._count < 10_000
+        complain(1)
+output.end()
+output = Flooded()
+output.begin()
+complain(2)
+output.drain()
+output.report()
+""")
+    assert '"lines": 4' in line
+
+
 def test_our_own_lines_and_what_comes_after_the_end_arrive() -> None:
     lines = lines_of("""
 log.info("ours")
