@@ -112,7 +112,8 @@ def read_shift(
     names_said = (row.record.speaker for row in reversed(timed) if row.record.kind == "said" and row.record.speaker)
     own = next(names_said, "the robot")  # by its last name
     begin_s = min((row.wall_s or 0.0 for row in timed), default=span_s[0])  # the clock may have been set back
-    reader = _Reader(own, begin_s, {task.number: task.name for task in tasks})
+    together = {task.number: task.robots for task in tasks if task.robots > 1}
+    reader = _Reader(own, begin_s, {task.number: task.name for task in tasks}, together)
     for row in timed:
         reader.take(row, phrasebook)
     names = tuple(reader.members)
@@ -133,7 +134,7 @@ def read_shift(
         reader.unknown,
         tell(record),
         due,
-        {task.number: task.robots for task in tasks if task.robots > 1},
+        together,
     )
 
 
@@ -152,14 +153,15 @@ def _bins(rows: Iterable[TranscriptRow], begin_s: float, end_s: float) -> tuple[
 class _Reader:
     """Takes rows one after the other."""
 
-    def __init__(self, own: str, begin_s: float, names: dict[int, str]) -> None:
+    def __init__(self, own: str, begin_s: float, names: dict[int, str], together: Mapping[int, int]) -> None:
         self.members: dict[str, Member] = {own: Member(own)}
         self.events: list[Event] = []
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
-        self._own, self._begin_s, self._names = own, begin_s, names
+        self._own, self._begin_s, self._names, self._together = own, begin_s, names, together
         self._ends = ReportedEnds(names)
-        self._claimed: dict[int, str] = {}
+        self._claimed: dict[int, list[str]] = {}
+        """Who has each task, the latest to say so last."""
         self._next = 0
 
     def take(self, row: TranscriptRow, phrasebook: Phrasebook) -> None:
@@ -205,7 +207,7 @@ class _Reader:
                 self._change(task, "done", member.name, wall_s)
             else:
                 member.failed.append(task)
-                self._change(task, "open", None, wall_s, member.name)
+                self._change(task, "open", member.name, wall_s)
                 self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(task)}"))
         match statement:
             case m.Claim(task=ref) | m.Working(ref):  # of two claimed at once a robot goes to the first
@@ -222,14 +224,13 @@ class _Reader:
     def _task(self, number: int) -> str:
         return task_words(number, self._names.get(number))
 
-    def _change(
-        self, number: int | None, state: str, owner: str | None, wall_s: float, robot: str | None = None
-    ) -> None:
-        if number is not None:
-            at_s = wall_s - self._begin_s
-            before = self._claimed.pop(number, None)
-            if before is not None and before != owner:  # it has the task no longer, whether it said so or not
-                self.events.append(TaskChanged(at_s, before, number, state, owner))
-            if state == "claimed" and owner is not None:
-                self._claimed[number] = owner
-            self.events.append(TaskChanged(at_s, robot or owner or self._own, number, state, owner))
+    def _change(self, number: int | None, state: str, robot: str, wall_s: float) -> None:
+        if number is None:
+            return
+        at_s, owner = wall_s - self._begin_s, None if state == "open" else robot
+        others = [name for name in self._claimed.get(number, ()) if name != robot]
+        gone = max(len(others) + 1 - self._together.get(number, 1), 0)
+        for name in others[:gone]:  # they have the task no longer, whether they said so or not
+            self.events.append(TaskChanged(at_s, name, number, state, owner))
+        self._claimed[number] = others[gone:] + [robot] * (state == "claimed")
+        self.events.append(TaskChanged(at_s, robot, number, state, owner))

@@ -59,6 +59,8 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     garbled, heard = (sum(shift[key] for shift in shifts) for key in ("garbled", "heard"))
     assert 0.2 < garbled / (heard + garbled) < 0.4
     assert all({member["team"] for member in shift["members"]} == {"plant"} for shift in shifts)
+    sure = {member["confidence"] for shift in shifts for member in shift["members"]}
+    assert sure == {None}, "words without sound are heard with no confidence; it said 100 %"
 
 
 def test_what_cannot_be_done_is_told_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

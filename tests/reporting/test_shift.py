@@ -129,6 +129,32 @@ def test_a_task_is_given_up_once_however_often_that_is_said() -> None:
     assert ends[:2] == [("Rob", 0.0, 100.0, "given up"), ("Bot", 130.0, 200.0, "done")]
 
 
+def test_of_two_robots_that_share_a_task_neither_has_given_it_up() -> None:
+    """Each claim of one, and its report, ended the other's bar: "given up", five times of a task that both did."""
+    both, third = "Hi all, I am {0}, I will complete task one", "Hi team plant, I am Anna, I will complete task one"
+    talk = (
+        (0.0, "said", "Rob", both.format("Rob")),
+        (10.0, "heard", "Bot", both.format("Bot")),
+        (20.0, "said", "Rob", f"Hi all, I am Rob, completing task, {plants(3)[0].name}"),
+        (30.0, "heard", "Bot", "Hi all, I am Bot, task one complete"),
+        (40.0, "said", "Rob", "Hi all, I am Rob, task one complete"),
+        (100.0, "said", "Rob", both.format("Rob")),
+        (110.0, "heard", "Bot", both.format("Bot")),
+        (120.0, "heard", "Anna", third),
+        (130.0, "heard", "Bot", "Hi all, I am Bot, task one failed"),
+        (140.0, "heard", "Anna", "Hi all, I am Anna, task one complete"),
+    )
+    tasks = tuple(replace(task, robots=2) for task in plants(3))
+    found = read_shift(rows(talk), BOOK, tasks, (BEGIN_S, BEGIN_S + HOUR_S))
+    assert [(s.robot, s.from_s, s.to_s, s.ended) for s in found.story.spans] == [
+        ("Rob", 0.0, 40.0, "done"),
+        ("Bot", 10.0, 30.0, "done"),
+        ("Rob", 100.0, 120.0, "given up"),
+        ("Bot", 110.0, 130.0, "given up"),
+        ("Anna", 120.0, 140.0, "done"),
+    ], "there is no place for a third"
+
+
 def test_what_two_robots_do_together_counts_once() -> None:
     """The figures said "11 tasks done", and the list of what was due "10 done"."""
     deeds = [(BEGIN_S, 1, "Rob"), (BEGIN_S + 5.0, 1, "Bot"), (BEGIN_S + 10.0, 2, "Bot"), (BEGIN_S + 20.0, 3, "Bot")]

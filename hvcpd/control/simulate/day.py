@@ -101,9 +101,9 @@ def _shift(mission: WordMission, understood: list[m.Utterance], team: Team, leng
 
     def record(at_s: float, speaker: str, u: m.Utterance) -> TranscriptRecord:
         if speaker == own:
-            return TranscriptRecord(at_s, "said", speaker, team.phrasebook.write(u), 1.0)
+            return TranscriptRecord(at_s, "said", speaker, team.phrasebook.write(u))
         if id(u) in known:
-            return TranscriptRecord(at_s, "heard", speaker, team.phrasebook.write(u), 1.0)
+            return TranscriptRecord(at_s, "heard", speaker, team.phrasebook.write(u))
         return TranscriptRecord(at_s, "garbled", None, "")
 
     rows = [TranscriptRow(n, begin_s + said[0], record(*said)) for n, said in enumerate(mission.said, 1)]
