@@ -158,6 +158,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     """Accept a newer change and correct an older one; of two changes with one number, "do it again" holds."""
     number, now = entry.number, heard.now
     count = counted(entry, spoken)
+    if has_missed := count <= entry.change and _was_also_heard(me, entry, skip, now):
+        count = entry.change + 1
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
         schedule.open_anew(me, entry, now, is_due=True)  # the coming one, which has begun for a clock that is ahead
@@ -172,14 +174,12 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
             entry.rumoured_change = count, now
         else:
             _take(me, entry, count, skip, now)
-            if skip and not entry.skipped:
-                tell(me, heard.name, entry, now)  # it was begun before a robot said that it is left out
+            if has_missed or (skip and not entry.skipped):
+                tell(me, heard.name, entry, now)  # or it was begun before a robot said that it is left out
         return
     if count == entry.change and differs and skip and entry.owner == heard.name and entry.known_done:
         me.board.change(number, count, True)  # it was believed to have done it, and knows better
     elif count < entry.change or (differs and skip and not entry.known_done):
-        if skip and _was_also_heard(me, entry, now):
-            _take(me, entry, entry.change + 1, True, now)
         tell(me, heard.name, entry, now)
     elif not entry.skipped and entry.known_done and (entry.owner != heard.name or entry.is_shared):
         objecting.tell_done(me, heard.name, entry, now)
@@ -197,11 +197,11 @@ def _was_heard(entry: Entry, count: int, now: float) -> bool:
     return rumoured == count and now - heard_s < RUMOUR_S
 
 
-def _was_also_heard(me: Knowledge, entry: Entry, now: float) -> bool:
-    """Whether this robot has heard, too, that the task is to be left out: of one that is open nothing else waits to be
-    heard again. Then who answers that it is left out has only missed earlier changes, and its number."""
-    is_open = _is_applied(entry, False) and not (entry.recurs or me.acts(entry.number))
-    return is_open and _was_heard(entry, entry.change + 1, now)
+def _was_also_heard(me: Knowledge, entry: Entry, skip: bool, now: float) -> bool:
+    """Whether this robot has heard the same wish for a change: of a task that is as the opposite change wants it,
+    nothing else waits to be heard again. Then who answers it has only missed earlier changes, and its number."""
+    is_opposite = _is_applied(entry, not skip) and not (entry.recurs or me.acts(entry.number))
+    return is_opposite and _was_heard(entry, entry.change + 1, now)
 
 
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int, skip: bool) -> bool:

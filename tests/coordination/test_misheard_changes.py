@@ -104,20 +104,24 @@ def test_who_knows_of_more_changes_than_the_one_that_answers_corrects_the_number
     assert {robot.board[3].change for robot in mission.robots.values()} == {2}
 
 
-def test_who_answers_that_a_task_is_left_out_and_has_missed_a_change_is_told_the_number() -> None:
-    """The others had heard Anna, too, and said to it "task three again, change one"."""
+@pytest.mark.parametrize("skip", [False, True])
+def test_who_answers_a_wish_and_has_missed_an_earlier_change_is_told_the_number(skip: bool) -> None:
+    """The others had heard Anna, too, and said to it that the task is complete, or to be done again."""
     nobody = {name: frozenset({3}) for name in NAMES}
+    wish = "skip task three" if skip else "task three again"
 
     def asked(change: int, newcomer: str | None = None) -> Mission:
         mission = Mission(NAMES, plants(3), ("Anna",), seed=1, unable=nobody)
         mission.air.run_until(DONE_S)
         for name, robot in mission.robots.items():
+            if not skip:
+                robot.board.complete(3, "Rob")
             robot.board.change(3, 0 if name == newcomer else change, False)
-        mission.hear(DONE_S, "Hi all, I am Anna, skip task three")
+        mission.hear(DONE_S, f"Hi all, I am Anna, {wish}")
         mission.air.run_until(DONE_S + 60.0)
         return mission
 
     first = next(name for at_s, name, _ in asked(0).said if at_s > DONE_S and name != "Anna")
     mission = asked(1, newcomer=first)
-    assert mission.written(DONE_S)[0] == f"Hi Anna, I am {first}, skip task three, change one"
-    assert {(robot.board[3].skipped, robot.board[3].change) for robot in mission.robots.values()} == {(True, 2)}
+    assert mission.written(DONE_S)[0] == f"Hi Anna, I am {first}, {wish}, change one"
+    assert {(robot.board[3].known_done, robot.board[3].change) for robot in mission.robots.values()} == {(skip, 2)}
