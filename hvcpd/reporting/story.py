@@ -291,7 +291,7 @@ def _spans(
         since_s = 0.0
         marks = [(c.at_s, c.task, c.state if c.owner == robot else "other") for c in changes if c.robot == robot]
         marks += [(act.at_s, act.task, "performed") for act in performed if act.robot == robot]
-        marks.sort(key=lambda mark: (mark[0], mark[2] == "claimed"))
+        marks.sort(key=lambda mark: (mark[0], mark[2] == "claimed", mark[2] != "performed"))
         for number, (at_s, task, state) in enumerate(marks):
             if state == "claimed":
                 done_later = {task for _, task, state in marks[number:] if state in ("performed", "done")}

@@ -34,6 +34,13 @@ def test_a_task_that_was_claimed_ahead_and_let_go_was_never_begun() -> None:
     assert found == [Span("Rob", 3, 5.0, 40.0, "done")]
 
 
+def test_a_robot_that_has_done_its_part_of_a_shared_task_has_not_given_it_up() -> None:
+    """In that moment the task becomes the other robot's, who is still at it."""
+    others = ev.TaskChanged(40.0, "Rob", 3, "claimed", "Bot")
+    found = spans(claimed(5.0, 3), others, ev.Performed(40.0, "Rob", 3, 0.0, 0.0), claimed(50.0, 3, "done"))
+    assert found == [Span("Rob", 3, 5.0, 40.0, "done")]
+
+
 def test_what_is_not_done_in_the_end_is_unfinished() -> None:
     assert spans(claimed(5.0, 3)) == [Span("Rob", 3, 5.0, 100.0, "unfinished")]
     assert spans(claimed(5.0, 3), claimed(5.0, 1), ev.Performed(40.0, "Rob", 3, 0.0, 0.0)) == [
