@@ -1,18 +1,23 @@
 """False alarms: counts commands recognised in talk and noise while nobody speaks to a robot. There should be none.
 
     python -m benchmarks.rejection --data DIR [--names Rob,Bot;Max,Ann] [--gain-db 0,-12,12] [--minutes 60]
+        [--acquainted]
 
-Every WAV below DIR is heard, one after the other in one stream, at each gain, by a robot of each team.
+Every WAV below DIR is heard, one after the other in one stream, at each gain, by a robot of each team. With
+--acquainted it has heard each robot of the team before, and so knows the responses from their voices.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.hearing.material import make_team
+from hil_fakes.loudspeakers import SMALL
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -21,8 +26,25 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.stages import SpeechRecogniser
 
 BLOCK = 1600
+ECHO_SAMPLES = 4000
+"""In which the response of a robot that is heard before dies away."""
+
+
+def meet(recogniser: SpeechRecogniser, names: Sequence[str]) -> None:
+    """Let a recogniser hear each robot say who it is, through a small loudspeaker in a room."""
+    for k, (name, speaker) in enumerate(make_team(names).speakers().items()):
+        random = np.random.default_rng(k)
+        response = random.standard_normal(ECHO_SAMPLES) * 10.0 ** (-3.0 * np.arange(ECHO_SAMPLES) / ECHO_SAMPLES)
+        response[0] = 4.0
+        said = SMALL.play(np.pad(speaker.render([["hi", "all", "i", "am", name.lower()]]), 2 * SAMPLE_RATE_HZ))
+        heard = np.convolve(said, response)
+        heard *= 0.1 / np.abs(heard).max()
+        heard += 1e-4 * random.standard_normal(len(heard))
+        told = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK].astype("f4"))]
+        print(f"  {name}: {'heard' if any(isinstance(e, Recognised) for e in told) else 'not heard'}")
 
 
 def main() -> None:
@@ -31,6 +53,7 @@ def main() -> None:
     parser.add_argument("--names", default="Rob,Bot")
     parser.add_argument("--gain-db", default="0")
     parser.add_argument("--minutes", type=float, default=60.0, help="most minutes of DIR for each team and gain")
+    parser.add_argument("--acquainted", action="store_true", help="the robots of the team were heard before")
     o = parser.parse_args()
     sound = make_sound(None, user_cache_folder())
     heard_min, commands, garbled, spent_s = 0.0, 0, 0, 0.0
@@ -38,6 +61,8 @@ def main() -> None:
         book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         for gain_db in (float(g) for g in o.gain_db.split(",")):
             recogniser = make_speech_recogniser(book, names, sound)
+            if o.acquainted:
+                meet(recogniser, names)
             minutes = 0.0
             for path in sorted(o.data.rglob("*.wav")):
                 samples = np.asarray(read_wav(path) * 10.0 ** (gain_db / 20.0), np.float32)

@@ -10,6 +10,7 @@ import numpy as np
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.path import Rendering, thirds_of
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from tests.recognition.way import Way
 
 GRAPH = WordGraph(
@@ -70,6 +71,11 @@ class Book:
 
 
 BOOKS = {voice: Book(voice) for voice in ("oak", "willow")}
+
+
+def fresh(*voices: str) -> ChannelRecogniser:
+    """A recogniser of these voices, or of all, that has heard nothing."""
+    return ChannelRecogniser(GRAPH, tuple(BOOKS[voice] for voice in voices or BOOKS))
 
 
 def spoken(text: str, voice: str = "oak", book: Book | None = None) -> Samples:

@@ -6,7 +6,6 @@ from collections.abc import Callable, MutableSequence, Sequence
 from typing import Generic
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
@@ -19,9 +18,8 @@ from hvcpd.recognition.stages import (
     Worker,
 )
 from hvcpd.recognition.stream import Chunk, History
-from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+from tests.recognition.hisses import fresh, scene, spoken, through_a_room
 
-LISTENER = ChannelRecogniser(GRAPH, (BOOKS["oak"],))
 AT, BLOCK = 40_000, 1600
 HEARD = through_a_room(spoken("hi rob, water rose"), 1)
 END = AT + len(HEARD)
@@ -100,7 +98,7 @@ def alone(stage: Stage) -> SpeechRecogniser:
 
 
 def recogniser(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> SpeechRecogniser:
-    return alone(ChannelStage(script, LISTENER, worker or SynchronousWorker()))
+    return alone(ChannelStage(script, fresh("oak"), worker or SynchronousWorker()))
 
 
 def run(

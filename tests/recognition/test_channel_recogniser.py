@@ -14,16 +14,15 @@ from hvcpd.recognition.channel.path import Rendering
 from hvcpd.recognition.channel.recogniser import EDGE, MOST_LOSS, ChannelRecogniser, noise_sample
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Source
-from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, Book, fresh, scene, spoken, through_a_room
 
-LISTENER = ChannelRecogniser(GRAPH, tuple(BOOKS.values()))
 AT, ORIGIN = 24_000, 500_000
 
 
 def look(*sounds: tuple[int, Samples], noise: float = 0.3) -> SearchResult:
     """At sounds in noise."""
     n = max(at + len(sound) for at, sound in sounds) + 12_000
-    return LISTENER.search(ChannelSegment(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000))
+    return fresh().search(ChannelSegment(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000))
 
 
 def heard(text: str, voice: str = "oak", seed: int = 1) -> Samples:
@@ -81,11 +80,11 @@ def test_a_robot_that_is_cut_off_is_noticed_and_nothing_is_told(share: float) ->
 def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     whole = heard("all, who is here")
     sound = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    found = LISTENER.search(ChannelSegment(sound, 0, AT))
+    found = fresh().search(ChannelSegment(sound, 0, AT))
     assert (found.sentences, found.robot) == ((), True)
     assert found.in_progress[0].starts[0] == pytest.approx(AT, abs=32)
     later = scene(AT + len(whole) // 2 + 2 * SAMPLE_RATE_HZ, (AT, whole[: len(whole) // 2]))
-    found = LISTENER.search(ChannelSegment(later, 0, AT))
+    found = fresh().search(ChannelSegment(later, 0, AT))
     assert (found.sentences, found.robot, found.in_progress) == ((), True, ())
 
 
@@ -93,7 +92,7 @@ def test_a_sentence_of_which_the_end_is_not_in_the_sound_is_not_told() -> None:
     whole = heard("stop")
     sound = scene(AT + len(whole), (AT, whole))
     for end, sentences in ((len(whole), 1), (len(whole) - 3000, 0)):
-        found = LISTENER.search(ChannelSegment(sound[: AT + end], 0, AT))
+        found = fresh().search(ChannelSegment(sound[: AT + end], 0, AT))
         assert len(found.sentences) == sentences
 
 
@@ -102,7 +101,7 @@ def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     begun = 0.5 * heard("all, who is here", "willow")[: len(heard("all, who", "willow")) // 2]
     later = AT + len(cut) + SAMPLE_RATE_HZ
     sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
-    found = LISTENER.search(ChannelSegment(sound, 0, AT, cut=True))
+    found = fresh().search(ChannelSegment(sound, 0, AT, cut=True))
     assert found.in_progress[0].starts[0] == pytest.approx(later, abs=32)
 
 
@@ -146,7 +145,7 @@ def test_a_word_that_seems_to_begin_does_not_hide_a_slow_sentence_in_progress() 
 def test_strangers_and_noise_are_no_robots(seed: int) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)
     assert look((AT, stranger)) == SearchResult()
-    assert LISTENER.search(ChannelSegment(scene(50_000, seed=seed), 0, AT)) == SearchResult()
+    assert fresh().search(ChannelSegment(scene(50_000, seed=seed), 0, AT)) == SearchResult()
 
 
 SOUNDS: dict[str, Callable[[int], Samples]] = {
@@ -167,7 +166,7 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 )
 def test_any_sound_is_looked_at(name: str, n: int, lead: int) -> None:
     with np.errstate(divide="raise", invalid="raise"):
-        found = LISTENER.search(ChannelSegment(SOUNDS[name](n), 0, min(lead, n)))
+        found = fresh().search(ChannelSegment(SOUNDS[name](n), 0, min(lead, n)))
     assert name == "a sentence and silence" or not found.sentences
 
 

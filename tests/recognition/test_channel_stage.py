@@ -20,14 +20,13 @@ from hvcpd.recognition.channel.stage import ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, SynchronousWorker
 from hvcpd.recognition.stream import HISTORY_SAMPLES, MAX_WAIT
-from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, Book, fresh, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
     BLOCK,
     END,
     GARBLED,
     HEARD,
-    LISTENER,
     RIGHT,
     SOUND,
     Script,
@@ -152,7 +151,7 @@ def paths_of_a_half() -> tuple[Path, ...]:
     """The paths in progress in the middle of a sentence."""
     whole = through_a_room(spoken("all, who is here"), 1)
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
+    going_on = fresh("oak").search(ChannelSegment(half, 0, AT, cut=True)).in_progress
     assert going_on
     return going_on
 

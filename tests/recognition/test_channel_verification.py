@@ -10,12 +10,11 @@ import pytest
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import WhitenedSound, channel_responses
 from hvcpd.recognition.channel.path import Path
-from hvcpd.recognition.channel.recogniser import LEAST_WORD_FIT, ChannelRecogniser, is_preceded, worst_fit
+from hvcpd.recognition.channel.recogniser import LEAST_WORD_FIT, is_preceded, worst_fit
 from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment
-from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, fresh, scene, spoken, through_a_room
 from tests.recognition.way import response
 
-LISTENER = ChannelRecogniser(GRAPH, tuple(BOOKS.values()))
 SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))
 AT = 24_000
 
@@ -46,10 +45,10 @@ def test_the_end_of_a_longer_sentence_is_not_told() -> None:
     whole = heard("all, who is here")
     begins = len(heard("all,")) // 2  # half of the first word is lost
     sound = scene(AT + len(whole) + 9000, (AT, np.where(np.arange(len(whole)) < begins, 0.0, whole)), noise=0.3)
-    look = LISTENER.search(ChannelSegment(sound, 0, AT))
+    look = fresh().search(ChannelSegment(sound, 0, AT))
     assert all(sentence.words[0] == "all" for sentence in look.sentences)
     alone = scene(AT + len(whole) + 9000, (AT, heard("who is here")), noise=0.3)
-    assert [each.words for each in LISTENER.search(ChannelSegment(alone, 0, AT)).sentences] == [("who", "is", "here")]
+    assert [each.words for each in fresh().search(ChannelSegment(alone, 0, AT)).sentences] == [("who", "is", "here")]
 
 
 def test_what_goes_before_counts_only_in_the_same_voice() -> None:
@@ -84,8 +83,8 @@ def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
     weighted = WhitenedSound(sound[8000:], sound[:8000])
     paths = SEARCH.paths(weighted)
     words = ("hi", "rob", "water", "rose")
-    right = LISTENER.evidence(weighted, paths)
-    wrong = LISTENER.evidence(weighted, [path for path in paths if path.words != words])
+    right = fresh().evidence(weighted, paths)
+    wrong = fresh().evidence(weighted, [path for path in paths if path.words != words])
     assert right is not None
     assert wrong is not None
     assert right.path.words == words

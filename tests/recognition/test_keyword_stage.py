@@ -19,6 +19,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.recognition import scripted as channel_ears
+from tests.recognition.hisses import fresh
 from tests.recognition.scripted import alone
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
@@ -85,7 +86,7 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     first = channel_ears.Script(speech=())
-    channel = ChannelStage(first, channel_ears.LISTENER, SynchronousWorker())
+    channel = ChannelStage(first, fresh("oak"), SynchronousWorker())
     keyword = KeywordStage(first, Scripted(), KeywordRescorer(Scripted(), first.history), agreed)
     around = SpeechRecogniser(first, [channel, keyword])
     events = [event for _, event in hear(around, channel_ears.SOUND, block)]

@@ -31,6 +31,7 @@ from hvcpd.recognition.channel.estimation import (
     autocorrelations,
     channel_responses,
 )
+from hvcpd.recognition.channel.known import KnownResponse
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
 from hvcpd.recognition.frontend import TINY, rfft
 
@@ -103,12 +104,14 @@ class Path:
     taps: Taps
     explained: tuple[float, ...]
     """The score before its first word and after each one."""
+    known: KnownResponse | None
+    """The response through which it was sought; None if it has an estimate of its own."""
 
     @staticmethod
-    def empty(book: RenderedVoice, node: int) -> Path:
+    def empty(book: RenderedVoice, node: int, known: KnownResponse | None = None) -> Path:
         """A path without words."""
         nothing = np.zeros(TAPS, np.float32)
-        return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,))
+        return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,), known)
 
     @property
     def score(self) -> float:
@@ -206,7 +209,7 @@ def first_lag(n: int) -> int:
 
 
 def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> list[Path]:
-    """Paths extended by one word each, with channel estimates of `n_taps` taps."""
+    """Paths extended by one word each, with channel estimates of `n_taps` taps, unless they have a known response."""
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
@@ -214,8 +217,12 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
     pairs = zip(words, fits, strict=True)
     correlation = np.stack([word.path.correlation + fit.correlation[word.shift :][:TAPS] for word, fit in pairs])
     at_taps = correlation[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
-    taps = channel_responses(autocorrelation, at_taps, n_taps)
-    explained = np.einsum("ij,ij->i", taps, at_taps) - n_taps
+    if (known := words[0].path.known) is None:
+        taps = channel_responses(autocorrelation, at_taps, n_taps)
+        explained = np.einsum("ij,ij->i", taps, at_taps) - n_taps
+    else:
+        gains, explained = known.gains(autocorrelation, correlation)
+        taps = np.outer(gains, known.taps).astype(np.float32)
     return [
         Path(
             word.path.book,
@@ -228,6 +235,7 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
             correlation[k],
             taps[k],
             (*word.path.explained, float(explained[k])),
+            word.path.known,
         )
         for k, word in enumerate(words)
     ]

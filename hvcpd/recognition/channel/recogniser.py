@@ -16,6 +16,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples, samples_in
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, blocks_of
+from hvcpd.recognition.channel.known import KnownResponse
 from hvcpd.recognition.channel.path import Path, RenderedVoice
 from hvcpd.recognition.channel.search import (
     MAX_STARTS,
@@ -147,6 +148,8 @@ class ChannelRecogniser:
         self._graph = graph
         self._usual = rates[0] if rates else []
         self._onsets = OnsetDetector(graph, self._usual if prepared else ())
+        self._known: dict[str, KnownResponse] = {}
+        """The response from each voice, as its last sentences showed it."""
 
     def onset(self, heard: Samples, before: Samples) -> Onset | None:
         """The onset of a robot's sentence in `heard` (see `OnsetDetector.find`); `before`: the sound before it, shape
@@ -190,6 +193,7 @@ class ChannelRecogniser:
                 going_on = tuple(path.shifted(origin) for path in last)
                 return SearchResult(tuple(sentences), best, going_on, next(whole, ()), sure_at)
             reported.append(evidence.path)
+            self._learn(evidence.path)
             received = evidence.path.received(len(heard))
             sentences.append(_recognised(evidence, origin, received))
             heard -= received
@@ -199,20 +203,27 @@ class ChannelRecogniser:
         """The candidates in a sound apart from the `reported` sentences, most likely first; and the sentence that was
         surely said. Other speaking rates are searched only where no sentence at the usual one is sure, or in progress;
         sentences without a greeting only where none with it is sure: to seek all first words takes ten times as
-        long."""
+        long; and unknown responses only where no sentence came through a known one."""
         paths: list[Path] = []
         for search in self._searches[:1] if reported else self._searches:
             before = paths
             for greeted in (False,) if reported else (True, False):
-                found = search.paths(sound, reported, greeted)
-                paths = by_score(before + found)
-                if (best := self._certain(sound, paths)) is not None:
-                    return paths, best
+                found: list[Path] = []
+                for known in (self._known, None) if self._known else (None,):
+                    found += search.paths(sound, reported, greeted, known)
+                    paths = by_score(before + found)
+                    if (best := self._certain(sound, paths)) is not None:
+                        return paths, best
             if not found:
                 break
             if cut and _in_progress(found, sound.n, max(IN_PROGRESS_SCORE, IN_PROGRESS_SHARE * paths[0].score)):
                 break
         return paths, None
+
+    def _learn(self, path: Path) -> None:
+        """Keep what a sentence showed of the response that it came through."""
+        shown = KnownResponse(path.autocorrelation, path.correlation)
+        self._known[path.book.voice] = shown if path.known is None else path.known.updated(shown)
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
         """Whether other phones were heard than a sentence has."""

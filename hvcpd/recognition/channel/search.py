@@ -8,7 +8,7 @@ later, because each tap explains one variance of noise by chance.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import Samples, samples_in
-from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, WhitenedSound
+from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, PRE_TAPS, TAPS, WhitenedSound
+from hvcpd.recognition.channel.known import KnownResponse
 from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have, sayable
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import TINY
@@ -87,13 +88,20 @@ class ChannelSearch:
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(self, sound: WhitenedSound, reported: Sequence[Path] = (), greeted: bool = False) -> list[Path]:
+    def paths(
+        self,
+        sound: WhitenedSound,
+        reported: Sequence[Path] = (),
+        greeted: bool = False,
+        known: Mapping[str, KnownResponse] | None = None,
+    ) -> list[Path]:
         """Sentences and partial sentences, those that explain most first. They start anywhere, if `greeted` with the
-        greeting. None in the voice of a `reported` sentence starts within it: those would be its late echoes."""
+        greeting. None in the voice of a `reported` sentence starts within it: those would be its late echoes. If
+        responses are `known`, only these voices are sought, and only through them."""
         found: list[Path] = []
-        begun = self._started(sound, greeted)
+        begun = self._started(sound, greeted, known)
         new = [path for path in begun if not any(_is_within(path, each) for each in reported)]
-        for level in _by_start(new, ROBOT_SCORE if reported else LEAST_START):
+        for level in _by_start(new, ROBOT_SCORE if reported and known is None else LEAST_START):
             best = by_score(found)[:1]
             while level := pruned(level, best):
                 found += level
@@ -104,17 +112,22 @@ class ChannelSearch:
         """Whether a path is a sentence."""
         return path.node in self._graph.finals and path.ends
 
-    def _started(self, sound: WhitenedSound, greeted: bool) -> list[Path]:
+    def _started(self, sound: WhitenedSound, greeted: bool, known: Mapping[str, KnownResponse] | None) -> list[Path]:
         """Paths of one word, if `greeted` of the greeting, at its best starts."""
-        begun: list[Extension] = []
+        begun: list[Path] = []
         firsts = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
         for book in self._books:
-            empty = Path.empty(book, self._graph.start)
+            if known is not None and book.voice not in known:
+                continue
+            through = None if known is None else known[book.voice]
+            empty, first = Path.empty(book, self._graph.start, through), []
             for word, node in firsts:
-                places = [place for said in sayable(self._graph, book, word, 0, node) for place in _starts(sound, said)]
+                there = sayable(self._graph, book, word, 0, node)
+                places = [place for said in there for place in _starts(sound, said, through)]
                 best = sorted(places, key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
-                begun += [Extension(empty, word, node, 0, said, at, MAX_SHIFT, 0.0) for _, said, at in best]
-        return extended(sound, begun, FIRST_TAPS)
+                first += [Extension(empty, word, node, 0, said, at, MAX_SHIFT, 0.0) for _, said, at in best]
+            begun += extended(sound, first, FIRST_TAPS)
+        return begun
 
     def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
@@ -146,18 +159,24 @@ class ChannelSearch:
                 yield Extension(path, word, node, later, said, at, shift, path.score + gain)
 
 
-def _starts(sound: WhitenedSound, said: Rendering) -> Iterator[tuple[float, Rendering, int]]:
+def _starts(
+    sound: WhitenedSound, said: Rendering, known: KnownResponse | None
+) -> Iterator[tuple[float, Rendering, int]]:
     """The best starts of a rendering of which at least half was heard: the energy of the correlation in a stretch of
-    FIRST_TAPS, the rendering, and its first sample there."""
-    n, across = sound.n - said.length // 2, FIRST_TAPS // MAX_SHIFT
+    FIRST_TAPS, or through a known response, the rendering, and its first sample there."""
+    n = sound.n - said.length // 2
     if n <= 0:
         return
-    energies = stretch_energies(sound.correlation(said, -said.lead, n + FIRST_TAPS))
+    if known is None:
+        energies, step = stretch_energies(sound.correlation(said, -said.lead, n + FIRST_TAPS)), MAX_SHIFT
+    else:
+        energies, step = known.energies(sound.correlation(said, -said.lead - PRE_TAPS, n + TAPS)), 1
+    across = FIRST_TAPS // step
     for _ in range(MAX_STARTS_OF_WORD):
         best = int(energies.argmax())
         if energies[best] <= 0.0:
             return
-        yield float(energies[best]), said, best * MAX_SHIFT - said.lead
+        yield float(energies[best]), said, best * step - said.lead
         energies[max(best - across, 0) : best + across] = 0.0
 
 
