@@ -67,6 +67,12 @@ RULES = (
         answering(f"{HEARING}.channel.recogniser:ChannelRecogniser.onset", None),
         _files("recognition/channel", "endpoints"),
     ),
+    Mechanism(
+        "known-responses",
+        "what a sentence showed of the channel helps the next ones (--modes acquainted)",
+        answering(f"{HEARING}.channel.recogniser:ChannelRecogniser._learn", None),
+        _files("recognition/channel", "known"),
+    ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),

@@ -203,7 +203,7 @@ class ChannelRecogniser:
         """The candidates in a sound apart from the `reported` sentences, most likely first; and the sentence that was
         surely said. Other speaking rates are searched only where no sentence at the usual one is sure, or in progress;
         sentences without a greeting only where none with it is sure: to seek all first words takes ten times as
-        long; and unknown responses only where no sentence came through a known one."""
+        long; and unknown responses only where no sentence came through a known one, or is in progress."""
         paths: list[Path] = []
         for search in self._searches[:1] if reported else self._searches:
             before = paths
@@ -214,6 +214,8 @@ class ChannelRecogniser:
                     paths = by_score(before + found)
                     if (best := self._certain(sound, paths)) is not None:
                         return paths, best
+                    if cut and known is not None and _in_progress(found, sound.n, ROBOT_SCORE):
+                        return paths, None
             if not found:
                 break
             if cut and _in_progress(found, sound.n, max(IN_PROGRESS_SCORE, IN_PROGRESS_SHARE * paths[0].score)):
