@@ -228,7 +228,10 @@ class ChannelRecogniser:
         self._known[path.book.voice] = shown if path.known is None else path.known.updated(shown)
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
-        """Whether other phones were heard than a sentence has."""
+        """Whether other phones were heard than a sentence has. Through a known response no other talk explains it, and a
+        louder voice may be there, too."""
+        if path.known is not None:
+            return False
         there = heard[max(path.starts[0] - EDGE, 0) : path.end + EDGE]
         return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
 
