@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import TAPS, Taps
 from hvcpd.recognition.channel.known import KnownResponse
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.recogniser import MOST_LOSS, ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from tests.recognition.hisses import fresh, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, fresh, scene, spoken, through_a_room
 
 AT = 24_000
 LOUD = 7.0
@@ -124,3 +124,22 @@ def test_noise_alone_is_no_sentence_of_a_known_robot() -> None:
     for seed in range(3):
         result = listener.search(ChannelSegment(scene(80_000, noise=LOUD, seed=20 + seed), 0, AT))
         assert (result.sentences, result.robot) == ((), False)
+
+
+def test_what_came_through_a_known_response_is_not_checked_by_its_phones() -> None:
+    losses = [0.0]
+    listener = ChannelRecogniser(GRAPH, (BOOKS["oak"],), check=lambda words, sound, noise: losses[-1])
+    assert words(heard_by(listener, "all, who is here", 7, 0.3, 1)) == ["all who is here"]
+    losses.append(2.0 * MOST_LOSS)
+    assert words(heard_by(listener, "hi bot, water rose", 7, 0.3, 2)) == ["hi bot water rose"]
+    assert words(heard_by(listener, "hi bot, water rose", 8, 0.3, 2)) == []
+
+
+@pytest.mark.parametrize("louder_db", [6.0, 12.0])
+def test_a_known_voice_is_heard_under_a_louder_one(louder_db: float) -> None:
+    listener = fresh()
+    assert words(heard_by(listener, "all, who is here", 7, 0.1, 1)) == ["all who is here"]
+    known, louder = through_a_room(spoken("hi bot, water rose"), 7), through_a_room(spoken("who is here", "willow"), 9)
+    gain = np.float32(10.0 ** (louder_db / 20.0))
+    both = scene(AT + 60_000, (AT, known), (AT + 1500, gain * louder), noise=0.1)
+    assert set(words(listener.search(ChannelSegment(both, 0, AT)))) == {"hi bot water rose", "who is here"}
