@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.estimation import TAPS, Taps
+from hvcpd.recognition.channel.estimation import PRE_TAPS, TAPS, Taps, WhitenedSound
 from hvcpd.recognition.channel.known import KnownResponse
 from hvcpd.recognition.channel.recogniser import MOST_LOSS, ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from tests.recognition.hisses import BOOKS, GRAPH, fresh, scene, spoken, through_a_room
+from tests.recognition.way import Way
 
 AT = 24_000
 LOUD = 7.0
@@ -80,17 +81,15 @@ def test_every_sentence_makes_it_surer() -> None:
     assert alike[-1] > 0.85
 
 
-@given(place=st.integers(0, 900), seed=st.integers(0, 2**16))
-def test_its_energy_is_largest_at_the_place_of_a_signal(place: int, seed: int) -> None:
-    random = np.random.default_rng(seed)
-    taps, said = room(random), signal(random, 2000)
-    known = KnownResponse(*equations(said, np.convolve(said, taps)))
-    heard = np.zeros(4000 + TAPS, np.float32)
-    heard[place:][: len(said) + TAPS - 1] = np.convolve(said, taps)
-    correlation = np.correlate(heard, said, "valid")[: 1000 + TAPS].astype(np.float32)
-    energies = known.energies(correlation)
-    assert energies.shape == (1000,)
-    assert int(energies.argmax()) == place
+def test_a_signal_is_found_at_its_place_through_its_response() -> None:
+    random = np.random.default_rng(8)
+    taps = room(random)
+    for place in (5000, 5003, 9001):
+        said = Way(0.1 * signal(random, 4000))
+        heard = 0.02 * signal(random, 24_000)
+        heard[place - PRE_TAPS :][: 4000 + TAPS - 1] += np.convolve(said.samples, taps).astype(np.float32)
+        found = WhitenedSound(heard, heard[:4000]).correlation(said, 4000, 8000, taps)
+        assert int(found.argmax()) == place - 4000
 
 
 def heard_by(

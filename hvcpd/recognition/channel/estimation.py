@@ -21,6 +21,7 @@ from hvcpd.recognition.channel.whitening import (
     filtered,
     interpolated,
     inverse_spectrum,
+    transform_size,
     with_cell_weights,
 )
 from hvcpd.recognition.frontend import SILENT_POWER, TINY, frames_of, rfft
@@ -183,9 +184,10 @@ class WhitenedSound:
         around = np.pad(np.square(cells)[: self.n // CELL_STEP + 1], (silence, (0, 0)))
         self._cells = np.lib.stride_tricks.sliding_window_view(around, SIZE // CELL_STEP, axis=0)
         self._inverse = interpolated(inverse / variance, SIZE)
-        twice = filtered(weighted, inverse / variance)
-        self._fixed_weights = _frames_of(twice)
-        self._frames = _frames_of(with_cell_weights(twice, cells))
+        self._twice = filtered(weighted, inverse / variance)
+        self._fixed_weights = _frames_of(self._twice)
+        self._frames = _frames_of(with_cell_weights(self._twice, cells))
+        self._matched: dict[int, NDArray[np.complex64]] = {}
         self._fits: dict[tuple[Signal, int], SignalFit] = {}
 
     def energy(self, first: int, last: int) -> float:
@@ -193,17 +195,29 @@ class WhitenedSound:
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
         return float(self._energy[end] - self._energy[begin])
 
-    def correlation(self, said: Signal, first: int, n: int) -> Taps:
-        """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
-        signal's energy; as if the weights did not change during the signal."""
-        blocks = blocks_of(said)
+    def correlation(self, said: Signal, first: int, n: int, response: Taps | None = None) -> Taps:
+        """The correlation with the signal, through a `response` at lags from -PRE_TAPS on if there is one, beginning at
+        each of `n` samples from `first` on, over the root of the signal's energy; as if the weights did not change
+        during the signal."""
+        blocks, frames, weights = blocks_of(said), self._fixed_weights, self._inverse
+        if response is not None:
+            frames, weights = self._through(response), weights * np.square(np.abs(rfft(response, SIZE)))
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
-        heard = self._fixed_weights[self._block_indices(at, n_frames + n_blocks - 1)]
+        heard = frames[self._block_indices(at, n_frames + n_blocks - 1)]
         both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
         found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
-        energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
+        energy = 2.0 * float((blocks.densities @ weights).sum()) / SIZE
         return np.asarray(found / np.sqrt(max(energy, TINY)), np.float32)
+
+    def _through(self, response: Taps) -> NDArray[np.complex64]:
+        """The spectra of the sound through the filter that is matched to a response; they are kept."""
+        if id(response) not in self._matched:
+            size = transform_size(self.n + TAPS)
+            matched = np.fft.irfft(rfft(self._twice, size) * np.conj(rfft(response, size)), size)
+            shifted = np.roll(matched, PRE_TAPS)[: self.n]
+            self._matched[id(response)] = _frames_of(np.asarray(shifted, np.float32))
+        return self._matched[id(response)]
 
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[SignalFit]:
         """The fits of signals that begin at these samples, or MAX_SHIFT around them; one call for all is quicker."""

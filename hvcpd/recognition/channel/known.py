@@ -54,13 +54,6 @@ class KnownResponse:
         heard = np.maximum((correlations @ self.taps).astype(np.float64), 0.0)
         return heard / energies, heard**2 / energies - 1.0
 
-    def energies(self, correlation: Taps) -> NDArray[np.float64]:
-        """Of a signal's `correlation` at lags from -PRE_TAPS on, shape (n + TAPS,): the energy of what came through the
-        response, for each of n places of the signal; 0 where its sign is wrong."""
-        size = 1 << (len(correlation) - 1).bit_length()
-        spectrum = np.fft.rfft(correlation, size) * np.conj(np.fft.rfft(self.taps, size))
-        return np.square(np.maximum(np.fft.irfft(spectrum, size)[: len(correlation) - TAPS], 0.0))
-
     def updated(self, shown: KnownResponse) -> KnownResponse:
         """With what another sentence showed, if one response explains all as well as two do; otherwise that alone, as
         the channel has changed. What was said in less noise counts for more."""

@@ -228,8 +228,8 @@ class ChannelRecogniser:
         self._known[path.book.voice] = shown if path.known is None else path.known.updated(shown)
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
-        """Whether other phones were heard than a sentence has. Through a known response no other talk explains it, and a
-        louder voice may be there, too."""
+        """Whether other phones were heard than a sentence has. Through a known response no other talk fits, and there
+        may be a louder voice, too."""
         if path.known is not None:
             return False
         there = heard[max(path.starts[0] - EDGE, 0) : path.end + EDGE]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import Samples, samples_in
-from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, PRE_TAPS, TAPS, WhitenedSound
+from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, WhitenedSound
 from hvcpd.recognition.channel.known import KnownResponse
 from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have, sayable
 from hvcpd.recognition.events import Recognised
@@ -170,7 +170,7 @@ def _starts(
     if known is None:
         energies, step = stretch_energies(sound.correlation(said, -said.lead, n + FIRST_TAPS)), MAX_SHIFT
     else:
-        energies, step = known.energies(sound.correlation(said, -said.lead - PRE_TAPS, n + TAPS)), 1
+        energies, step = np.square(np.maximum(sound.correlation(said, -said.lead, n, known.taps), 0.0)), 1
     across = FIRST_TAPS // step
     for _ in range(MAX_STARTS_OF_WORD):
         best = int(energies.argmax())
