@@ -185,8 +185,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             segment.result = SearchResult()
 
     def _is_accounted_for(self, segment: OpenSegment) -> bool:
-        """Whether it is too short for a sentence, or all of it has been reported."""
-        if segment.held_events:
+        """Whether it is too short for a sentence, or all of it has been reported; not if a sentence goes on in it."""
+        if segment.held_events or segment.continues:
             return False
         length = segment.end - segment.begin - ONSET_LAG
         reported = sum(_overlap(segment.begin, segment.end, each) for each in self._reported)
