@@ -28,6 +28,7 @@ from tests.recognition.scripted import (
     GARBLED,
     HEARD,
     RIGHT,
+    SNR_DB,
     SOUND,
     Script,
     Slow,
@@ -175,6 +176,18 @@ def test_a_sentence_is_held_for_long_only_if_it_may_be_the_beginning_of_one_in_p
     listening = recogniser(Script([(END + 800, event)], speech), Told(SearchResult(in_progress=(going_on,))))
     assert run(listening, 0, END + MAX_WAIT) == []
     assert run(listening, END + MAX_WAIT, END + MAX_WAIT + 2 * BLOCK) == ([event] if after else [])
+
+
+def test_a_sentence_that_goes_on_is_looked_at_though_another_one_in_its_sound_was_told() -> None:
+    """The louder of two robots that spoke at once was lost if it ended within a second after the other one."""
+    path, heard = paths_of_a_half()[0], replace(guess(source=Source.CHANNEL, end=END + 4000), snr_db=SNR_DB)
+    going_on = path.shifted(END + 4000 - path.end)
+    worker = Told(SearchResult((heard,), in_progress=(going_on,), sure_at=END + 12_000))
+    listening = recogniser(Script(), worker)
+    assert run(listening, 0, END + 10_000) == [heard]
+    other = replace(heard, words=("all", "who", "is", "here"), voice="willow")
+    worker.result = SearchResult((other,))
+    assert run(listening, END + 10_000, END + 60_000) == [other]
 
 
 def test_a_path_contradicts_a_sentence_if_it_follows_other_words_through_most_of_it() -> None:
