@@ -158,11 +158,12 @@ class Decoder:
         self._n_hypotheses = n_hypotheses
         self._beam = beam
         self._steps = steps
-        shape = (n_hypotheses, network.n_nodes)
-        self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
-        self._rest_token: Tokens = np.zeros(shape, np.int64)
-        self._may_rest = network.may_pause | network.is_final
-        self._final_nodes = np.flatnonzero(network.is_final)
+        nodes = network.is_start, network.may_pause, network.is_final
+        # Of each node at each hypothesis, numbered as `ActiveStates.source` and `target`:
+        self._is_start, self._may_pause, is_final = (np.tile(each, n_hypotheses) for each in nodes)
+        self._may_rest, self._finals = self._may_pause | is_final, np.flatnonzero(is_final)
+        self._rest: Costs = np.full(len(is_final), UNREACHABLE, np.float32)
+        self._rest_token: Tokens = np.zeros(len(is_final), np.int64)
         self._back_pointers = BackPointers()
         self.reset(0)
 
@@ -183,7 +184,7 @@ class Decoder:
         self._cost: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(states.n_states, np.int64)
         self._padding = (states.begin[:, None] + np.arange(PADDING)).ravel()
-        self._start_entry = states.entry[self._net.is_start[states.source % self._net.n_nodes]]
+        self._start_entry = states.entry[self._is_start[states.source]]
 
     def prune(self) -> ActiveStates:
         """Drop all but the promising paths, and return the active states of the next HORIZON_FRAMES frames."""
@@ -193,15 +194,15 @@ class Decoder:
         net = self._net
         n_pairs = self._n_hypotheses * net.n_instances
         low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
-        reached = (self._rest < self._beam.above_filler) & net.may_pause
+        reached = (self._rest < self._beam.above_filler) & self._may_pause
         if len(old.pair):
             kept, lows, highs, bound, soon = old.survivors(net, cost, self._beam)
             low[kept], high[kept], self._bound = lows, highs, np.float32(bound)
-            reached.reshape(-1)[soon] = True
-        opened = reached | net.is_start  # paths may leave these nodes soon, at the neighbouring hypotheses, too
-        opened[1:] |= reached[:-1]
-        opened[:-1] |= reached[1:]
-        entering = np.flatnonzero(opened[:, net.source_node].reshape(-1))
+            reached[soon] = True
+        opened = reached | self._is_start  # paths may leave these nodes soon, at the neighbouring hypotheses, too
+        opened[net.n_nodes :] |= reached[: -net.n_nodes]
+        opened[: -net.n_nodes] |= reached[net.n_nodes :]
+        entering = np.flatnonzero(opened.reshape(-1, net.n_nodes)[:, net.source_node])
         low[entering] = 0
         high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], MAX_ADVANCE))
         pairs = np.flatnonzero(low >= 0)
@@ -246,11 +247,11 @@ class Decoder:
         if self._rest.min() >= self._beam.above_filler:
             self._rest.fill(UNREACHABLE)
         entering, token = self._change_hypotheses(leaving, token)
-        self._cost[self.active.entry] = entering.reshape(-1)[self.active.source]
-        self._token[self.active.entry] = token.reshape(-1)[self.active.source]
+        self._cost[self.active.entry] = entering[self.active.source]
+        self._token[self.active.entry] = token[self.active.source]
 
     def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
-        going_on = (self._rest < self._beam.above_filler) & self._net.may_pause
+        going_on = (self._rest < self._beam.above_filler) & self._may_pause
         if going_on.any():
             cost = self._rest[going_on]
             leaving[going_on] = cost
@@ -267,12 +268,12 @@ class Decoder:
         at, cost, instance = place[winner], ends[winner], states.end_instance[passing[winner]]
         rival = self._rivals(states.end_instance[passing], ends, instance)
         record = self._back_pointers.add(self._frame, instance, self._token[states.last[passing[winner]]], cost, rival)
-        sooner = cost < leaving.reshape(-1)[at]
-        leaving.reshape(-1)[at[sooner]] = cost[sooner]
-        token.reshape(-1)[at[sooner]] = record[sooner]
-        rests = self._may_rest[at % self._net.n_nodes] & (cost < self._rest.reshape(-1)[at])
-        self._rest.reshape(-1)[at[rests]] = cost[rests]
-        self._rest_token.reshape(-1)[at[rests]] = record[rests]
+        sooner = cost < leaving[at]
+        leaving[at[sooner]] = cost[sooner]
+        token[at[sooner]] = record[sooner]
+        rests = self._may_rest[at] & (cost < self._rest[at])
+        self._rest[at[rests]] = cost[rests]
+        self._rest_token[at[rests]] = record[rests]
 
     def _rivals(self, instances: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
         """For each winner, the lowest cost of another word that ends at its node in this frame, at any hypothesis."""
@@ -284,7 +285,8 @@ class Decoder:
         """The cost of entering words at each hypothesis, and the token to enter with."""
         entering, chosen = leaving.copy(), token.copy()
         dearer = leaving + np.float32(self._steps.hypothesis)
-        for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+        after, before = slice(self._net.n_nodes, None), slice(None, -self._net.n_nodes)
+        for to, other in ((after, before), (before, after)):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)
             np.copyto(chosen[to], token[other], where=cheaper)
@@ -293,15 +295,12 @@ class Decoder:
     def best(self, margin: float = 0.0) -> BestPath:
         """The cheapest path; a resting path counts as the cheapest if it costs no more than `margin` above it."""
         cost = float(self._cost.min(initial=0.0))
-        rests = self._rest[:, self._final_nodes]
-        hypothesis, column = divmod(int(rests.argmin()), len(self._final_nodes))
-        rest_cost = float(rests[hypothesis, column])
+        at = int(self._finals[self._rest[self._finals].argmin()])
+        rest_cost, token = float(self._rest[at]), int(self._rest_token[at])
         if rest_cost > cost + margin or rest_cost >= UNREACHABLE:
             return BestPath(min(cost, float(self._rest.min())))
-        node = int(self._final_nodes[column])
-        token = int(self._rest_token[hypothesis, node])
-        since = int(self._back_pointers.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
-        return BestPath(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
+        since = int(self._back_pointers.frame_of(self._rest_token[at : at + 1])[0])
+        return BestPath(rest_cost, at % self._net.n_nodes, token, self._frame - 1 - since, rest_cost - cost)
 
     def drop_long_pauses(self, longest_frames: int) -> None:
         """Drop the paths that have paused for longer than `longest_frames`."""
