@@ -78,13 +78,13 @@ class OnsetDetector:
         ]
         self._greetings: list[Rendering] = [said for _, word, said in firsts if word == GREETING]
         spectra = [np.conj(rfft(said.samples[:GREETING_LENGTH], ONSET_WINDOW)) for said in self._greetings]
-        self._spectra = np.array(spectra, np.complex64).reshape(-1, ONSET_WINDOW // 2 + 1)
+        self._spectra = np.array(spectra, np.complex64)
         self._powers = np.square(np.abs(self._spectra))
         voices = {voice: np.zeros(BINS) for voice, _, _ in firsts}
         for voice, _, said in firsts:
             power = power_spectra(said.samples[:ONSET_WINDOW]).mean(axis=0)
             voices[voice] += power / max(float(power.sum()), TINY)
-        self._voices = np.array(list(voices.values()), np.float32).reshape(-1, BINS)
+        self._voices = np.array(list(voices.values()), np.float32)
 
     def find(self, heard: Samples, noise: Samples) -> Onset | None:
         """The first onset in `heard`, shape (ONSET_WINDOW,): a greeting within the first ONSET_STEP samples, or else
@@ -98,10 +98,10 @@ class OnsetDetector:
         received = np.asarray(rfft(heard, ONSET_WINDOW) * there, np.complex64)
         lags = np.fft.irfft(self._spectra * received, ONSET_WINDOW)[:, : ONSET_STEP + FIRST_TAPS]
         energies = stretch_energies(lags) / np.maximum(self._powers @ there, TINY)[:, None]
-        way, block = divmod(int(energies.argmax()), energies.shape[1])
-        if energies[way, block] < LEAST_ONSET_RATIO * max(quantile(energies, 0.5), TINY):
+        number, block = divmod(int(energies.argmax()), energies.shape[1])
+        if energies[number, block] < LEAST_ONSET_RATIO * max(quantile(energies, 0.5), TINY):
             return None
-        return Onset(int(block) * MAX_SHIFT + self._greetings[way].lead, greeting=True)
+        return Onset(block * MAX_SHIFT + self._greetings[number].lead, greeting=True)
 
     def _rise(self, heard: Samples, noise: Samples) -> Onset | None:
         """The end of the first window in which the power rises over the noise in the bins of a voice.
@@ -152,7 +152,7 @@ class OpenSegment:
     """Whether signs of speech do not show its end, since noise hides it or other sound goes on after it."""
     continues: bool = False
     """Whether a sentence was in progress at the end of the segment before."""
-    first_sign: int | None = None
+    first_sign: int = sys.maxsize
     sign_samples: int = 0
     """Number of samples with signs of speech, the first of which was `first_sign`."""
     greeted: bool = False
@@ -167,8 +167,6 @@ class OpenSegment:
     @property
     def shows_end(self) -> bool:
         """Whether there were signs of speech for most of the time, so that their end is the speaker's."""
-        if self.first_sign is None:
-            return False
         return self.sign_samples >= max(SIGN_SHARE * (self.end - self.first_sign), samples_in(0.5))
 
     @property
@@ -185,8 +183,7 @@ class OpenSegment:
         """Note signs of speech from sample `at` up to `now`."""
         self.end = now
         self.sign_samples += now - at
-        if self.first_sign is None:
-            self.first_sign = at
+        self.first_sign = min(self.first_sign, at)
 
     def note_onset(self, found: Onset, at: int, begin: int, since: int | None) -> None:
         """Note an onset at sample `at`, and not before `begin`; `since`: there have been signs of speech since this
