@@ -211,7 +211,8 @@ class BargeInDetector:
         line = np.pad(self._playing, (0, max(len(samples) - len(self._playing), 0)))
         played, self._playing = line[: len(samples)], line[len(samples) :]
         found: list[KeywordEvent] = []
-        least = self._least_level(samples)
+        for chunk in self._heard.push(samples, False):
+            self._own_powers += chunk.energies.sum(axis=1, dtype=np.float64).tolist()
         residual = self._echo.take(played, samples)
         self._played.push(played, False)
         self._rest.push(residual, False)
@@ -222,18 +223,10 @@ class BargeInDetector:
                 word is not None
                 and word.start < self._own_until
                 and word.probability >= LEAST_CALL_PROBABILITY
-                and quantile(np.array(self._residual_powers), LEVEL_QUANTILE) >= least
+                and _level(self._residual_powers) >= _level(self._own_powers) * power_ratio(LEAST_LEVEL_DB)
             ):
                 found += self._reported(word)
         return found
-
-    def _least_level(self, samples: Samples) -> float:
-        """Least power that counts as the word, relative to the own voice's."""
-        for chunk in self._heard.push(samples, False):
-            self._own_powers += chunk.energies.sum(axis=1, dtype=np.float64).tolist()
-        if not self._own_powers:
-            return 0.0
-        return quantile(np.array(self._own_powers), LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
     def _reported(self, word: Detection) -> list[KeywordEvent]:
         is_new = word.end >= self._reported_until
@@ -249,6 +242,10 @@ class BargeInDetector:
             return [self._held]
         self._hold_left = 0
         return [Urgent(start, end)]
+
+
+def _level(powers: deque[float]) -> float:
+    return quantile(np.array(powers), LEVEL_QUANTILE)
 
 
 def own_correlation(played: History, residual: History, start: int, end: int) -> float:
