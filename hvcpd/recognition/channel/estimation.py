@@ -92,7 +92,7 @@ def _products(a: Taps, b: Taps) -> NDArray[np.float64]:
     return np.asarray(np.einsum("ij,ij->i", a, b), np.float64)
 
 
-TAPS = 512
+TAPS = CELL
 """Maximum length of a response in samples: 32 ms, the direct sound and a room's early reflections."""
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
@@ -102,9 +102,9 @@ sound."""
 MAX_SHIFT = 16
 """Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause. Places
 of first words are as far apart."""
-SIZE = 2048
 BLOCK = 1024
-"""Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
+"""Number of samples of a known signal that are transformed at once, with as many zeros: at 1,025 lags."""
+SIZE = 2 * BLOCK
 GRID = 256
 """Samples from one transformed block of the sound to the next: with the lags of a `SignalFit`, fewer than 1,025."""
 CACHED_WORDS = 512
@@ -249,7 +249,7 @@ class WhitenedSound:
     def _block_weights(self, at: int, time: Spectrum) -> Spectrum:
         """The mean square weight, at each bin, of each part of a signal at sample `at` whose power is spread in `time`
         so, shape (n_parts, SIZE / 2 + 1)."""
-        first = round(max(at + SIZE - BLOCK, 0) / CELL_STEP)
+        first = round(max(at + BLOCK, 0) / CELL_STEP)
         seen = self._cells[first :: BLOCK // CELL_STEP][: len(time)]
         shares = np.zeros((len(time), seen.shape[1]), np.float32)  # after the end there is no sound
         np.einsum("ibj,ij->ib", seen, time[: len(seen)], out=shares[: len(seen)])

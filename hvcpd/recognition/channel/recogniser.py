@@ -266,7 +266,7 @@ def _in_progress(paths: Iterable[Path], n: int, least: float) -> list[Path]:
 
 
 def noise_sample(before: Samples, heard: Samples) -> Samples:
-    """A quiet NOISE_LENGTH of the sound before; all of that sound if it is shorter."""
+    """A quiet part, NOISE_LENGTH at most, of the sound before; of what was heard if that is too short to have one."""
     where = before if len(before) >= 2 * NOISE_LENGTH else heard
     n = max(min(NOISE_LENGTH, len(where) // 4), FRAME)
     energy = np.concatenate([[0.0], np.cumsum(np.square(where, dtype=np.float64))])

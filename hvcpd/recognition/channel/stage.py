@@ -20,7 +20,7 @@ from hvcpd.recognition.channel.endpoints import (
     OpenSegment,
 )
 from hvcpd.recognition.channel.path import Path
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.recogniser import NOISE_LENGTH, ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, QUIET, SecondPassStage, Worker
@@ -146,7 +146,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return
         self._searched_until = first + ONSET_STEP
         sound, lead = self.first_pass.history.unmasked(first - NOISE_LEAD, first, self._now)
-        if len(sound) - lead < ONSET_WINDOW or lead < samples_in(1.0):  # too little to know the noise
+        if len(sound) - lead < ONSET_WINDOW or lead < 2 * NOISE_LENGTH:  # too little to know the noise
             return
         found = self._searcher.onset(sound[lead : lead + ONSET_WINDOW], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):

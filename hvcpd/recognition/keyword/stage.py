@@ -33,7 +33,7 @@ CALL_DELAY = samples_in(0.75)
 """Time after the end of the keyword within which the net decides whether it was a call."""
 MAX_SPANS = 32
 """Number of detections in half a minute at most: a sentence is reported within 13 s of its beginning."""
-RECEPTIVE_FIELD = samples_in(1.5)
+REHEARD_BEFORE = samples_in(1.5)
 """Time before a detection with which the net starts again."""
 NOISE_POWER = 0.1
 """Power of the noise added to an uncertain detection, relative to its mean power (-10 dB)."""
@@ -113,7 +113,7 @@ class KeywordRescorer:
 
     def _around(self, start: int, end: int) -> tuple[int, Samples] | None:
         """The sound around a detection between two samples that the net needs, and its first sample."""
-        first = max(start - RECEPTIVE_FIELD, self.begin, self._history.begin)
+        first = max(start - REHEARD_BEFORE, self.begin, self._history.begin)
         sound = self.sound_since(first) if first <= start else None
         return (first, sound[: end + CALL_DELAY - first]) if sound is not None else None
 
