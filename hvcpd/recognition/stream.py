@@ -19,8 +19,6 @@ CHUNK_FRAMES = 4
 listen-before-talk can bear."""
 CHUNK_SAMPLES = CHUNK_FRAMES * HOP_SAMPLES
 _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
-_DRAIN_CHUNKS = 2
-"""Number of chunks that hold more samples than the stream ever keeps."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class FrameStream:
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Advance time by lost samples, as `push` of masked silence, in bounded time and memory."""
-        whole = max(n_samples // CHUNK_SAMPLES - _DRAIN_CHUNKS, 0)
+        whole = max(n_samples - _NEEDED_SAMPLES, 0) // CHUNK_SAMPLES  # the stream keeps fewer than are needed
         yield from self.push(np.zeros(n_samples - whole * CHUNK_SAMPLES, np.float32), masked=True)
         self.next_frame += whole * CHUNK_FRAMES  # what is left in the stream is masked silence in both cases
 
