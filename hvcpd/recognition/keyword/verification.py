@@ -184,13 +184,12 @@ class CallVerifier:
         self._last_sentence = sentence
         explained = []
         end = sentence.end_sample - POSITION_TOLERANCE
-        for detection in [d for d in self._detections if d.start < end]:
-            within = detection.is_within(sentence)
-            is_there = within or detection.opens(sentence)
-            residual = self._residual(sentence, detection.start, detection.end) if is_there else None
+        before = (d for d in self._detections if d.start < end)
+        for detection in [d for d in before if d.is_within(sentence) or d.opens(sentence)]:
+            residual = self._residual(sentence, detection.start, detection.end)
             if _explains(sentence, detection, residual):
                 explained.append(detection)
-            elif within if residual is None else detection.remains(residual):
+            elif detection.is_within(sentence) if residual is None else detection.remains(residual):
                 return self._accept()
         is_news = any(d.pending for d in explained)
         self._detections = [d for d in self._detections if d not in explained]
@@ -251,11 +250,11 @@ class CallVerifier:
 
 
 def _explains(sentence: Recognised, detection: _Detection, residual: Residual | None) -> bool:
-    """Whether nothing but the sentence was heard where the detection is. A sentence whose samples are unknown says
-    nothing of a very probable call."""
+    """Whether nothing but the sentence was heard where the detection is, within it or at its beginning. A sentence
+    whose samples are unknown says nothing of a very probable call."""
     if residual is None:
         is_its_own = detection.is_word_of(sentence) or detection.probability < CLEAR_PROBABILITY
         return detection.is_within(sentence) and is_its_own
     if detection.opens(sentence):
         return residual.call < CLEAR_PROBABILITY
-    return detection.is_within(sentence) and residual.log_odds < RESIDUAL_LOG_ODDS
+    return residual.log_odds < RESIDUAL_LOG_ODDS
