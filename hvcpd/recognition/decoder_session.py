@@ -264,5 +264,5 @@ class DecoderSession:
         """The mean cost of taking the 0.6 s before a sentence for noise, in units of FILLER_COST: 0 when it was
         noise, 1 and more for speech; 0 where the network slept."""
         begin = max(start_frame - LONGEST_PAUSE_FRAMES, self._first)
-        costs = self._noise_cost.between(begin, min(start_frame - CONTEXT_FRAMES, self._next))
+        costs = self._noise_cost.between(begin, start_frame - CONTEXT_FRAMES)
         return float(costs.mean()) / FILLER_COST if len(costs) else 0.0

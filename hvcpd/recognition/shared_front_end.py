@@ -187,10 +187,9 @@ class SharedFrontEnd:
         self.recent = self.recent[:0]
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
+        """Mean level of what was heard between two samples, a frame or more apart, without the noise, over the tracked
+        noise, dB."""
         start, end = start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES
-        if start >= end:
-            return decibels(LEAST_SNR)
         noise = float(self._noise_powers.between(start, end).mean())
         speech = float(self._powers.between(start, end).mean()) - noise
         return decibels(max(speech / max(noise, SILENT_POWER), LEAST_SNR))
