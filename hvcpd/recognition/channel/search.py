@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TypeVar
 
 import numpy as np
@@ -114,20 +115,20 @@ class ChannelSearch:
 
     def _started(self, sound: WhitenedSound, greeted: bool, known: Mapping[str, KnownResponse] | None) -> list[Path]:
         """Paths of one word, if `greeted` of the greeting, at its best starts."""
-        begun: list[Path] = []
-        firsts = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
+        first: list[Extension] = []
+        words = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
         for book in self._books:
             if known is not None and book.voice not in known:
                 continue
             through = None if known is None else known[book.voice]
-            empty, first = Path.empty(book, self._graph.start, through), []
-            for word, node in firsts:
+            empty = Path.empty(book, self._graph.start, through)
+            for word, node in words:
                 there = sayable(self._graph, book, word, 0, node)
                 places = [place for said in there for place in _starts(sound, said, through)]
                 best = sorted(places, key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
                 first += [Extension(empty, word, node, 0, said, at, MAX_SHIFT, 0.0) for _, said, at in best]
-            begun += extended(sound, first, FIRST_TAPS)
-        return begun
+        alike = groupby(first, lambda each: each.path.known)
+        return [path for _, each in alike for path in extended(sound, list(each), FIRST_TAPS)]
 
     def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
