@@ -2,8 +2,8 @@
 
 While robots stand still, the channel between them stays as it is. Through a known response a path has one free
 parameter, its gain, instead of up to TAPS, so that chance explains nothing, and a voice is heard in more noise. The
-response is the least-squares one over all sentences that came through it. Where a sentence
-has another one, the channel has changed, and is learned anew.
+response is the least-squares one over all sentences that came through it. Where a sentence has another one, the
+channel has changed, and is learned anew.
 """
 
 from __future__ import annotations
