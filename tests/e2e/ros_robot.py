@@ -78,7 +78,9 @@ class Roscore:
 
     def kill_master(self) -> None:
         """kill -9; roscore then ends too. Nodes live on, connected to each other."""
-        os.kill(master_pid(self.uri), signal.SIGKILL)
+        master: Any = xmlrpc.client.ServerProxy(self.uri)
+        _, _, pid = master.getPid("/hvcpd")  # `master_pid` does not wait for a busy computer
+        os.kill(int(pid), signal.SIGKILL)
         self._end()
 
     def kill_node(self, name: str) -> None:
