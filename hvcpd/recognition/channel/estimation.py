@@ -187,7 +187,7 @@ class WhitenedSound:
         self._twice = filtered(weighted, inverse / variance)
         self._fixed_weights = _frames_of(self._twice)
         self._frames = _frames_of(with_cell_weights(self._twice, cells))
-        self._matched: dict[int, NDArray[np.complex64]] = {}
+        self._matched: dict[bytes, NDArray[np.complex64]] = {}
         self._fits: dict[tuple[Signal, int], SignalFit] = {}
 
     def energy(self, first: int, last: int) -> float:
@@ -212,12 +212,12 @@ class WhitenedSound:
 
     def _through(self, response: Taps) -> NDArray[np.complex64]:
         """The spectra of the sound through the filter that is matched to a response; they are kept."""
-        if id(response) not in self._matched:
+        if (key := response.tobytes()) not in self._matched:
             size = transform_size(self.n + TAPS)
             matched = np.fft.irfft(rfft(self._twice, size) * np.conj(rfft(response, size)), size)
             shifted = np.roll(matched, PRE_TAPS)[: self.n]
-            self._matched[id(response)] = _frames_of(np.asarray(shifted, np.float32))
-        return self._matched[id(response)]
+            self._matched[key] = _frames_of(np.asarray(shifted, np.float32))
+        return self._matched[key]
 
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[SignalFit]:
         """The fits of signals that begin at these samples, or MAX_SHIFT around them; one call for all is quicker."""

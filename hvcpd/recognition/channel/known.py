@@ -26,18 +26,19 @@ class KnownResponse:
     correlation: Taps
 
     @cached_property
-    def _response(self) -> Taps:
+    def response(self) -> Taps:
+        """The response, at lags from -PRE_TAPS on, shape (TAPS,)."""
         return np.asarray(channel_responses(self.autocorrelation[None], self.correlation[None], TAPS)[0], np.float32)
 
     @cached_property
     def explained(self) -> float:
         """The energy of the sentences that it explains beyond what chance does."""
-        return float(self._response @ self.correlation) - TAPS
+        return float(self.response @ self.correlation) - TAPS
 
     @cached_property
     def taps(self) -> Taps:
-        """The response, at lags from -PRE_TAPS on, shape (TAPS,); of energy 1."""
-        return np.asarray(self._response / np.sqrt(max(float(self._response @ self._response), TINY)), np.float32)
+        """The same, of energy 1."""
+        return np.asarray(self.response / np.sqrt(max(float(self.response @ self.response), TINY)), np.float32)
 
     @cached_property
     def _own(self) -> Taps:

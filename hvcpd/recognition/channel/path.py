@@ -144,13 +144,13 @@ class Path:
             first, last = max(start, 0), min(start + each.length, n + TAPS)
             said[first:last] += each.samples[first - start : last - start]
         size = transform_size(n + TAPS)
-        heard = np.fft.irfft(rfft(said, size) * rfft(self.response, size), size)
+        heard = np.fft.irfft(rfft(said, size) * rfft(self.shown.response, size), size)
         return np.asarray(heard[PRE_TAPS : PRE_TAPS + n], np.float32)
 
     @cached_property
-    def response(self) -> Taps:
-        """Its best-fitting response of TAPS taps, at lags from -PRE_TAPS on."""
-        return np.asarray(channel_responses(self.autocorrelation[None], self.correlation[None], TAPS)[0], np.float32)
+    def shown(self) -> KnownResponse:
+        """What it shows of the channel: its best-fitting response of TAPS taps."""
+        return KnownResponse(self.autocorrelation, self.correlation)
 
     @cached_property
     def tap_weights(self) -> Spectrum:
@@ -182,7 +182,7 @@ class Path:
     @property
     def delay(self) -> int:
         """Delay in samples from the place of its signal to the strongest part of what was received."""
-        return int(np.abs(self.response).argmax()) - PRE_TAPS
+        return int(np.abs(self.shown.response).argmax()) - PRE_TAPS
 
 
 @dataclass(frozen=True, eq=False)

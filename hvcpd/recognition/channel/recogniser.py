@@ -224,16 +224,13 @@ class ChannelRecogniser:
 
     def _learn(self, path: Path) -> None:
         """Keep what a sentence showed of the response that it came through."""
-        shown = KnownResponse(path.autocorrelation, path.correlation)
-        self._known[path.book.voice] = shown if path.known is None else path.known.updated(shown)
+        self._known[path.book.voice] = path.shown if path.known is None else path.known.updated(path.shown)
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
         """Whether other phones were heard than a sentence has. Through a known response no other talk fits, and there
         may be a louder voice, too."""
-        if path.known is not None:
-            return False
         there = heard[max(path.starts[0] - EDGE, 0) : path.end + EDGE]
-        return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
+        return path.known is None and self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
 
     def evidence(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
