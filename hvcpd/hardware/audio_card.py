@@ -84,10 +84,8 @@ class Microphone:
         it, None if nothing. What is no finite number is silence, as of a microphone that is mute."""
         frames, overflowed = self.stream.read(self._frames)
         lost = self._clock.block(len(frames), self.stream.read_available, bool(overflowed))
-        channel = np.array(frames[:, self._channel - 1], np.float32)
-        if not (good := np.isfinite(channel)).all():
-            channel[~good] = 0.0
-        sound = self._to_ours.push(channel)
+        channel = frames[:, self._channel - 1]
+        sound = self._to_ours.push(np.where(np.isfinite(channel), channel, 0.0).astype(np.float32))
         return sound, round(lost * SAMPLE_RATE_HZ / self.opened.rate_hz) if overflowed else None
 
 
