@@ -17,6 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.hearing.material import make_team
+from benchmarks.hearing.worlds.trials import hear
+from benchmarks.own_voice import way
+from benchmarks.stop import SPEECH_DBFS, at_level, room
 from hil_fakes.loudspeakers import SMALL
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
@@ -29,22 +32,18 @@ from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.stages import SpeechRecogniser
 
 BLOCK = 1600
-ECHO_SAMPLES = 4000
-"""In which the response of a robot that is heard before dies away."""
+RT60_S = 0.4
 
 
 def meet(recogniser: SpeechRecogniser, names: Sequence[str]) -> None:
     """Let a recogniser hear each robot say who it is, through a small loudspeaker in a room."""
     for k, (name, speaker) in enumerate(make_team(names).speakers().items()):
-        random = np.random.default_rng(k)
-        response = random.standard_normal(ECHO_SAMPLES) * 10.0 ** (-3.0 * np.arange(ECHO_SAMPLES) / ECHO_SAMPLES)
-        response[0] = 4.0
-        said = SMALL.play(np.pad(speaker.render([["hi", "all", "i", "am", name.lower()]]), 2 * SAMPLE_RATE_HZ))
-        heard = np.convolve(said, response)
-        heard *= 0.1 / np.abs(heard).max()
-        heard += 1e-4 * random.standard_normal(len(heard))
-        told = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK].astype("f4"))]
-        print(f"  {name}: {'heard' if any(isinstance(e, Recognised) for e in told) else 'not heard'}")
+        said = np.pad(speaker.render([["hi", "all", "i", "am", name.lower()]]), 2 * SAMPLE_RATE_HZ)
+        through = way(RT60_S, 1.0 + k, np.random.default_rng(k))
+        echoing = np.convolve(SMALL.play(said), through)[: len(said)]
+        arrived = at_level(np.asarray(echoing, np.float32), SPEECH_DBFS)
+        events, _ = hear(recogniser, arrived + room(len(arrived), k))
+        print(f"  {name}: {'heard' if any(isinstance(e, Recognised) for e in events) else 'not heard'}")
 
 
 def main() -> None:
